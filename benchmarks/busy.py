@@ -44,7 +44,7 @@ def main(*, quick=False, programs=PROGRAMS, rounds=None, steps=None, log=print) 
                 log(f"{count} programs, threads {n}, round {number + 1} of {rounds}")
                 with Timed(f"{runs.__name__}:answer") as process, computing(count):
                     measured[n].append(
-                        process.ask("run", scene=SCENE, grains=GRAINS, threads=n, steps=steps)
+                        process.call("run", scene=SCENE, grains=GRAINS, threads=n, steps=steps)
                     )
         rows += [{"programs": count} | row for row in _rows(measured)]
     title = f"{SCENE}, {GRAINS} grains, its first {steps} steps"

@@ -81,7 +81,7 @@ def _measure(grains, processes, repetitions, log):
         pool = stack.enter_context(ThreadPoolExecutor(processes))
 
         def ask(do, **arguments):
-            return list(pool.map(lambda process: process.ask(do, **arguments), timed))
+            return list(pool.map(lambda process: process.call(do, **arguments), timed))
 
         ask("prepare", grains=grains, count=max(LEAST, *ABREAST))
         for number in ABREAST:  # kernels

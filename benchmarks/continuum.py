@@ -91,11 +91,11 @@ def _measure(dimension, particles, rounds) -> dict:
     with ExitStack() as stack:
         processes = [stack.enter_context(Timed(f"{__name__}:answer")) for _ in THREADS]
         for process, threads in zip(processes, THREADS, strict=True):
-            built = process.ask("build", scene=scene_of(dimension, particles, threads).to_yaml())
+            built = process.call("build", scene=scene_of(dimension, particles, threads).to_yaml())
         steps = max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
         for process in processes:
-            process.ask("timed", steps=max(1, steps // 5))
-        timings = [[p.ask("timed", steps=steps) for p in processes] for _ in range(rounds)]
+            process.call("timed", steps=max(1, steps // 5))
+        timings = [[p.call("timed", steps=steps) for p in processes] for _ in range(rounds)]
     used = [single_thread["used"] for single_thread, _ in timings]
     step = median(used) / built["particles"]
     return {

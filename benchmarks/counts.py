@@ -42,7 +42,7 @@ def _count_step(recipe, precision, log):
     scene = bench_sample.bench_scene(GRAINS, threads=1, precision=precision).to_yaml()
     with Timed(bench_sample.TASK) as process:
         counts, method = (
-            process.ask("count", scene=scene, path=str(recipe.path), steps=STEPS),
+            process.call("count", scene=scene, path=str(recipe.path), steps=STEPS),
             "system",
         )
         step = counts["instructions"]
@@ -57,6 +57,6 @@ def _count_step(recipe, precision, log):
 def _count_single_steps(process, number):
     """Count the instructions of a step: a call with two steps minus a call with one."""
     with ThreadPoolExecutor() as thread, Stepper(number) as stepper:
-        thread.submit(process.ask, "mark_steps")
+        thread.submit(process.call, "mark_steps")
         once, twice = stepper.instructions(), stepper.instructions()
     return twice - once

@@ -218,14 +218,14 @@ def measure_pair(part, scene, path, *, steps, rounds) -> dict:
     """
     with Timed(bench_sample.TASK) as with_part, Timed(bench_sample.TASK) as without_part:
         for process, changes in ((with_part, part.with_part), (without_part, part.without_part)):
-            process.ask("build", path=path, **variant(scene, changes))
-            process.ask("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
+            process.call("build", path=path, **variant(scene, changes))
+            process.call("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
         times_by_process = {with_part: [], without_part: []}
         for number in range(rounds):
             for process in (
                 (with_part, without_part) if number % 2 == 0 else (without_part, with_part)
             ):
-                timing = process.ask("time", steps=steps)
+                timing = process.call("time", steps=steps)
                 over = 1 if path is None else timing["contacts"]
                 if not over:
                     raise DustError("there are no contacts to take the time by")

@@ -38,7 +38,7 @@ def main(*, quick=False, sizes=SIZES, rounds=ROUNDS, log=print) -> Table:
                 log(f"{grains} grains, threads {thread_count}, round {number + 1} of {rounds}")
                 with Timed(f"{__name__}:answer") as process:
                     runs_by_threads[thread_count].append(
-                        process.ask("run", grains=grains, threads=thread_count, steps=steps)
+                        process.call("run", grains=grains, threads=thread_count, steps=steps)
                     )
         rows += [{"grains": grains} | row for row in _rows(runs_by_threads)]
     title = f"{SCENE}, {'its first steps' if quick else 'whole runs'}"

@@ -123,7 +123,7 @@ def prepare(recipe: Recipe, log, kernels: Path | None = None) -> None:
     if load(recipe.path) is None:
         log(f"{recipe.grains} grains: making them, filling factor {recipe.filling_factor:g}")
         with Timed(TASK, kernels) as process:
-            process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
+            process.call("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
 
 
 def make(recipe: Recipe) -> samples.Sample:

@@ -155,7 +155,7 @@ def _phases(method, n, notes, log) -> dict:
 def _measure(phase, task) -> dict:
     """Numbers of a task in a process of its own."""
     with Timed(TASK) as process:
-        answer = process.ask(**task)
+        answer = process.call(**task)
     peak = answer.pop("peak") / 1e6
     return answer | {f"{phase}_peak": peak}
 

@@ -128,8 +128,8 @@ def _first_step(recipe, kernels):
     """(seconds from the start of a process to its first step, its memory)."""
     begin = time.perf_counter()
     with Timed(TASK, kernels) as process:
-        process.ask("build", **_build_arguments(recipe, 1))
-        return time.perf_counter() - begin, process.ask("memory")
+        process.call("build", **_build_arguments(recipe, 1))
+        return time.perf_counter() - begin, process.call("memory")
 
 
 def _build_arguments(recipe, threads):
@@ -153,15 +153,15 @@ def _measure_speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log)
         processes, boxes = {}, {}
         for case in cases:
             processes[case] = stack.enter_context(Timed(TASK, kernels))
-            boxes[case] = processes[case].ask(
+            boxes[case] = processes[case].call(
                 "build", **_build_arguments(recipes[case[0]], case[1])
             )["box"]
-            processes[case].ask("time", steps=max(steps_of_ours // 5, 1))  # loads the kernels
+            processes[case].call("time", steps=max(steps_of_ours // 5, 1))  # loads the kernels
         ours, theirs = {case: [] for case in cases}, {case: [] for case in cases}
         for number in range(rounds):
             log(f"{grains} grains: round {number + 1} of {rounds}")
             for case in cases:
-                ours[case].append(processes[case].ask("time", steps=steps_of_ours))
+                ours[case].append(processes[case].call("time", steps=steps_of_ours))
                 if lammps:
                     recipe, box = recipes[case[0]], boxes[case]
                     theirs[case] += _time_lammps(recipe, case[1], box, theirs_steps, notes)

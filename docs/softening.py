@@ -146,7 +146,7 @@ def _runs_of_scene(table):
 
 def drafts(outcome_table, prefix):
     """Drafts of the scenes whose names have a prefix."""
-    draft_rows = outcome_table[
+    list_draft_errors = outcome_table[
         (outcome_table.settings == DRAFT)
         & (outcome_table.refused == "")
         & _has_prefix(outcome_table, prefix)
@@ -161,7 +161,7 @@ def drafts(outcome_table, prefix):
             "seeds": f"{o.seeds}",
             "verdict": verdict(o),
         }
-        for o in draft_rows.itertuples()
+        for o in list_draft_errors.itertuples()
     )
 
 

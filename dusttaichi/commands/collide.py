@@ -24,9 +24,9 @@ def collide(
     """
     from dusttaichi.studies.collide import Collisions
     from dusttaichi.studies.finish import (
-        error_of_collisions,
+        describe_unfinished_collisions,
+        find_collision_failure,
         finish_collisions,
-        unfinished_collisions,
     )
 
     scene = run.load_scene(file, settings)
@@ -36,11 +36,11 @@ def collide(
         point_results = run.run(study)
         if run.is_partial:
             run.say_part(point_results, len(study.requests()))
-            if failure := error_of_collisions(point_results):
+            if failure := find_collision_failure(point_results):
                 raise failure
             return
         results = finish_collisions(study, point_results, run.figures)
-    if text := unfinished_collisions(results.data):
+    if text := describe_unfinished_collisions(results.data):
         remark(text)
     run.say_result(results.data, lambda: _show(results.data), results.files, results.failure)
 

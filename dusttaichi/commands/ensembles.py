@@ -21,14 +21,14 @@ def run_sweep(sweep, run, *, verbose=False):
     """
     from dusttaichi.analysis.ensemble_tables import list_missing_numbers
     from dusttaichi.analysis.plain import convert_ensemble
-    from dusttaichi.studies.finish import error_of_runs, finish_sweep
+    from dusttaichi.studies.finish import find_run_failure, finish_sweep
 
     phases = Phases(verbose)
     phases.end("imports and scenes")
     point_results = run.run(sweep)
     phases.end(f"{len(point_results)} runs")
     if run.is_partial:
-        if failure := error_of_runs(point_results):
+        if failure := find_run_failure(point_results):
             raise failure
         return run.say_part(point_results, len(sweep.members))
     results = finish_sweep(sweep, point_results, run.figures)

@@ -158,9 +158,9 @@ def load_scene(file, threads=None, settings=None, extensions=None):
     with importing(extensions):
         scene = load(file)
     if settings:
-        from dusttaichi.studies.settings import with_settings
+        from dusttaichi.studies.settings import apply_settings
 
-        scene = with_settings(scene, settings)
+        scene = apply_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 

@@ -45,7 +45,7 @@ def sticking(
     from dusttaichi.analysis.plain import convert_value
     from dusttaichi.studies import restitution
     from dusttaichi.studies import sticking as search
-    from dusttaichi.studies.settings import with_settings
+    from dusttaichi.studies.settings import apply_settings
 
     scene = options.load_scene(file, run.threads, extensions=run.extensions)
     folder = run.output or scene.output.directory.with_name(f"{scene.name}-sticking")
@@ -57,14 +57,14 @@ def sticking(
         with run.writing(file):
             data = study.dataset(run.run(study, **options_of_run))
             paths = _save_map(data, study.file)
-        rows, numbers = restitution.map_rows(data), data
+        rows, numbers = restitution.list_map_rows(data), data
     else:
-        scene = with_settings(scene, settings or [])
-        ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
+        scene = apply_settings(scene, settings or [])
+        ends = (search.parse_speed(*end) for end in (("--low", low), ("--high", high)))
         study = search.Search(scene, tolerance, *ends, directory=folder, log=run.log)
         _remark_model(study)
-        bracket, paths = study.result(run.run(study, **options_of_run)), [study.file]
-        rows, numbers = search.rows(bracket), convert_value(bracket) | {"speed": bracket.speed}
+        bracket, paths = study.build_result(run.run(study, **options_of_run)), [study.file]
+        rows, numbers = search.list_rows(bracket), convert_value(bracket) | {"speed": bracket.speed}
 
     def show():
         for label, value in rows:

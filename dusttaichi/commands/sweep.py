@@ -27,9 +27,9 @@ def sweep(
 ):
     """Run a scene over a grid of values: dataset, figure, table."""
     from dusttaichi.studies import sweep as studies
-    from dusttaichi.studies.settings import with_common_settings
+    from dusttaichi.studies.settings import apply_common_settings
 
-    scene, swept = with_common_settings(run.load_scene(file), settings)
+    scene, swept = apply_common_settings(run.load_scene(file), settings)
     study = studies.sweep(scene, swept, run.find_folder(scene, "sweep"))
     with run.writing(file):
         run_sweep(study, run, verbose=verbose)

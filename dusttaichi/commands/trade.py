@@ -79,10 +79,10 @@ def _show(measured_trade, scene):
 
 def _suggest(scene):
     """Print the output of `--suggest`."""
-    from dusttaichi.studies.suggest import kind_of, suggestions
+    from dusttaichi.studies.suggest import classify_scene, list_suggestions
 
-    cheapest_settings = suggestions(scene)
-    say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
+    cheapest_settings, kind = list_suggestions(scene), classify_scene(scene)
+    say(f"cheapest settings measured for {kind}, costs in steps of accuracy: balanced:")
     for settings, text in cheapest_settings:
         say(f"  {settings}: {text}")
     if not cheapest_settings:

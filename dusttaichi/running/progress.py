@@ -219,8 +219,8 @@ def show_study(bar: Bar, noun: str = "runs") -> Callable[[Any], None]:
 
     def show(progress: Any) -> None:
         running = progress.running
-        finished = progress.done + sum(running.values())
-        heading = f"{progress.done} of {progress.total} {noun}"
+        finished = progress.finished + sum(running.values())
+        heading = f"{progress.finished} of {progress.total} {noun}"
         bar.show(heading, finished, progress.total, shares_text(running))
 
     return show

@@ -9,17 +9,18 @@ import os
 import re
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from dusttaichi.compute import compiler
 from dusttaichi.compute.processor import usable_cores
 from dusttaichi.errors import DustError
-from dusttaichi.studies.workers import LOST, Worker
+from dusttaichi.studies.workers import PROCESS_LOST, Worker
 
 SCENES = ("omni_box", "guettler2009/bead")
 ROUNDS, SECONDS = 5, 0.6  # number and duration of the measurements of each
@@ -30,7 +31,7 @@ LEDGER = 0.01  # largest residual, as in a run (numerics.ledger_tolerance)
 BUSY = 15.0  # smallest spread of the rounds [%] with a remark
 
 
-class Timed(AbstractContextManager):
+class Timed(AbstractContextManager["Timed"]):
     """A worker process that holds one simulation and times it.
 
     A context manager: at its end the process ends by itself and writes its kernels to the cache;
@@ -39,20 +40,20 @@ class Timed(AbstractContextManager):
     task: "module:function". kernels: folder of the compiled kernels, by default the common one.
     """
 
-    def __init__(self, task: str, kernels: Path | None = None):
+    def __init__(self, task: str, kernels: Path | None = None) -> None:
         self._worker = Worker(task, kernels=kernels)
 
-    def ask(self, do: str, **arguments) -> dict:
+    def call(self, do: str, **arguments: Any) -> dict[str, Any]:
         """Answer of the task to `do`. Raises DustError."""
-        answer = self._worker.ask({"do": do, **arguments})
-        if answer.code == LOST:
+        answer = self._worker.call({"do": do, **arguments})
+        if answer.code == PROCESS_LOST:
             raise DustError(answer.text.replace("the process", "A process of the benchmark"))
         if answer.code != 0:
             raise DustError(answer.text)
-        return answer.found
+        return answer.values
 
-    def __exit__(self, kind, *_):
-        if kind is not None:
+    def __exit__(self, error_type: object, *_: object) -> None:
+        if error_type is not None:
             self._worker.kill()
         self._worker.close()
 
@@ -61,7 +62,7 @@ class Timed(AbstractContextManager):
 def vector_bits() -> int:
     """Bits of the vectors of doubles in compiled kernels, as compiled in a process of its own."""
     with Timed(f"{__name__}:answer") as process:
-        return process.ask("vectors")["bits"]
+        return int(process.call("vectors")["bits"])
 
 
 def _narrow() -> str | None:
@@ -125,7 +126,7 @@ class Timing:
 
 
 def main(
-    scenes=SCENES,
+    scenes: Sequence[str | Path] = SCENES,
     *,
     rounds: int = ROUNDS,
     seconds: float = SECONDS,
@@ -136,21 +137,30 @@ def main(
     scenes: names or files. seconds: of one measurement. Raises DustError where a process fails.
     """
     threads = sorted({1, usable_cores()})
-    return [timing for scene in scenes for timing in _timings(scene, threads, rounds, seconds, log)]
+    return [
+        timing for scene in scenes for timing in _time_scene(scene, threads, rounds, seconds, log)
+    ]
 
 
-def _timings(name, threads, rounds, seconds, log):
+def _time_scene(
+    name: str | Path,
+    threads: Sequence[int],
+    rounds: int,
+    seconds: float,
+    log: Callable[[str], None],
+) -> Iterator[Timing]:
     with ExitStack() as stack:
-        processes, built = [], []
+        processes: list[Timed] = []
+        built: list[dict[str, Any]] = []
         for n in threads:
-            log(f"{name}: building it on {_threads(n)}")
+            log(f"{name}: building it on {_name_threads(n)}")
             processes.append(stack.enter_context(Timed(f"{__name__}:answer")))
-            built.append(processes[-1].ask("build", scene=str(name), threads=n))
+            built.append(processes[-1].call("build", scene=str(name), threads=n))
         log(f"{name}: timing it")
         step_times = [
-            [p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)
+            [p.call("time", span=seconds)["step"] for p in processes] for _ in range(rounds)
         ]
-        residuals = [p.ask("ledger")["residual"] for p in processes]
+        residuals = [p.call("ledger")["residual"] for p in processes]
     for index, n in enumerate(threads):
         seconds_of_step = [round_times[index] for round_times in step_times]
         yield Timing(
@@ -166,14 +176,16 @@ def _timings(name, threads, rounds, seconds, log):
 
 def text(timings: list[Timing]) -> str:
     """The table for the screen, below the line on the machine."""
-    lines, shown = [machine()], None
+    lines, headed_scene = [machine()], None
     for timing in timings:
-        if timing.scene != shown:
+        if timing.scene != headed_scene:
             contacts = "" if timing.contacts is None else f", {timing.contacts:,} contacts"
             lines += ["", f"{timing.scene}: {timing.size:,} particles{contacts}"]
-            shown = timing.scene
-            worst = max(abs(t.residual) for t in timings if t.scene == shown)
-            lines.append(f"  energy ledger open by {100.0 * worst:.2g} %{_verdict(worst)}")
+            headed_scene = timing.scene
+            worst = max(abs(t.residual) for t in timings if t.scene == headed_scene)
+            lines.append(
+                f"  energy ledger open by {100.0 * worst:.2g} %{_describe_residual(worst)}"
+            )
         lines.append(timing.text())
     worst = max(timing.spread for timing in timings)
     remarks = [_narrow()]
@@ -185,26 +197,27 @@ def text(timings: list[Timing]) -> str:
     return "\n".join([*lines, *(f"\n{remark}" for remark in remarks if remark)])
 
 
-def _verdict(residual):
+def _describe_residual(residual: float) -> str:
     """Remark on a residual that a run would be stopped for."""
     return "" if residual <= LEDGER else ": WRONG RESULTS, do not compute on this machine"
 
 
-def _threads(number):
+def _name_threads(number: int) -> str:
     return "one thread" if number == 1 else f"{number} threads"
 
 
 # -- in the worker ---------------------------------------------------------------------------------
 
-_state = {}
+_state: dict[str, Any] = {}
 
 
-def _build(scene, threads):
+def _build(scene: str, threads: int) -> dict[str, Any]:
     from dusttaichi import method
     from dusttaichi.scene import load
 
-    scene = load(scene).with_value("numerics.threads", threads)
-    sim = _state["sim"] = method.find_method(scene).build(scene, method.make_sample(scene))
+    loaded = load(scene).with_value("numerics.threads", threads)
+    sim = method.find_method(loaded).build(loaded, method.make_sample(loaded))
+    _state["sim"] = sim
     _state["start"] = method.Start.from_measurement(sim.measure())
     sim.advance(1)
     sizes = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
@@ -213,20 +226,20 @@ def _build(scene, threads):
     return sizes
 
 
-def _time(span):
+def _time(span: float) -> dict[str, float]:
     """Seconds of a step, over steps that take about `span` seconds."""
-    sim, took, steps = _state["sim"], 0.0, 0
-    while took < span:
+    sim, total, steps = _state["sim"], 0.0, 0
+    while total < span:
         began, first = time.perf_counter(), sim.step
         sim.advance(_state["steps"])
         duration = time.perf_counter() - began
-        took, steps = took + duration, steps + sim.step - first
+        total, steps = total + duration, steps + sim.step - first
         # each call a tenth of the time, so that the cost of a call is negligible
         _state["steps"] = max(1, round(_state["steps"] * min(10.0, 0.1 * span / duration)))
-    return {"step": took / steps}
+    return {"step": total / steps}
 
 
-def _ledger():
+def _measure_ledger() -> dict[str, float]:
     """Residual of the ledger over its turnover."""
     from dusttaichi.running.ledger import turnover
 
@@ -234,12 +247,7 @@ def _ledger():
     return {"residual": float(residual / through)}
 
 
-def answer(parent, *, do, **arguments):
-    """Answer of the worker. do: "build" a scene, "time" it, state its "ledger"; or "vectors"."""
-    return {"build": _build, "time": _time, "ledger": _ledger, "vectors": _vectors}[do](**arguments)
-
-
-def _vectors():
+def _measure_vectors() -> dict[str, int]:
     from dusttaichi.compute.engine import settings, ti
 
     ti.init(arch=ti.cpu, offline_cache=False, default_fp=ti.f64, log_level=ti.ERROR)
@@ -248,7 +256,20 @@ def _vectors():
         return {"bits": compiled_bits(folder)}
 
 
-def compiled_bits(folder) -> int:
+TASKS: dict[str, Callable[..., dict[str, Any]]] = {
+    "build": _build,
+    "time": _time,
+    "ledger": _measure_ledger,
+    "vectors": _measure_vectors,
+}
+
+
+def answer(parent: Any, *, do: str, **arguments: Any) -> dict[str, Any]:
+    """Answer of the worker. do: "build" a scene, "time" it, state its "ledger"; or "vectors"."""
+    return TASKS[do](**arguments)
+
+
+def compiled_bits(folder: str | Path) -> int:
     """Bits of the vectors that LLVM makes of a sum of products of doubles.
 
     Taichi runs, and prints its code, into the current folder; folder: an empty one for it.
@@ -257,8 +278,8 @@ def compiled_bits(folder) -> int:
 
     x, previous_folder = ti.field(ti.f64, shape=64), os.getcwd()
 
-    @ti.kernel
-    def products(n: ti.i32):
+    @ti.kernel  # type: ignore[untyped-decorator]
+    def products(n: ti.i32) -> None:  # type: ignore[name-defined]
         ti.loop_config(serialize=True)
         for i in range(n):
             total = 0.0

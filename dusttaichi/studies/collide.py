@@ -21,16 +21,15 @@ from dusttaichi.grains.collision_parameters import MOST
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import Scene, quantities
-from dusttaichi.studies.points import core_of
-from dusttaichi.studies.requests import Request, cores_of, key_of
+from dusttaichi.studies.points import read_result_keys
+from dusttaichi.studies.requests import Request, count_cores, make_key
 from dusttaichi.studies.settings import (
-    as_files,
-    data_of,
-    keys_of,
-    one_thread,
-    portable,
-    relative_files,
-    seeds_moved,
+    find_keys,
+    make_files_relative,
+    make_portable,
+    replace_run_directories,
+    set_one_thread,
+    shift_seeds,
 )
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
@@ -68,7 +67,7 @@ class Collisions:
                 "(`dust new collide` writes a file)"
             )
         self.scene, self.directory, self._own, self._added = scene, Path(directory), study_block, 0
-        data = one_thread(data_of(scene))
+        data = set_one_thread(scene.plain)
         data.pop("collisions")
         data.pop("replicas", None)
         self._templates = _templates(data["sample"], study_block)
@@ -79,8 +78,8 @@ class Collisions:
             "impact_parameter": study_block.impacts,
             "seed": tuple(range(study_block.seeds)),
         }
-        bodies = [path for block in self._templates.values() for path in relative_files(block)]
-        self._inputs = tuple(sorted({*portable(data), *as_files(bodies)}))
+        bodies = [path for block in self._templates.values() for path in make_files_relative(block)]
+        self._inputs = tuple(sorted({*make_portable(data), *replace_run_directories(bodies)}))
         for sample in self._templates.values():  # a filling factor that a body does not allow
             Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
         self.base = Scene.from_dict(data, title="the scene of the study")
@@ -113,19 +112,19 @@ class Collisions:
     def requests(self) -> list[Request]:
         """The collisions, in the order of the axes."""
         scene, phases, files = self.base.to_yaml(), self._own.phases, self._own.files
-        core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
+        core = read_result_keys(self.scene.to_yaml()) | {"collisions": None, "name": ""}
         requests = []
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))
             sample = _sample(self._templates[point["body"]], point)
             requests.append(
                 Request(
-                    label=key_of(core, sample, phases, *[True] * files),
+                    label=make_key(core, sample, phases, *[True] * files),
                     task=TASK,
                     arguments={"scene": scene, "sample": sample, "phases": phases, "files": files},
                     file=self.rows_file,
                     inputs=self._inputs,
-                    cores=cores_of(self.base),
+                    cores=count_cores(self.base),
                     together=self.side_by_side,
                 )
             )
@@ -198,14 +197,14 @@ def _templates(sample: dict, own) -> dict[str, dict]:
     found = {}
     for name, body in own.bodies.items():
         block = plain(body.model_dump(mode="json"))
-        other = seeds_moved(deepcopy(block), OTHER)
+        other = shift_seeds(deepcopy(block), OTHER)
         found[name] = deepcopy(sample) | {"target": block, "projectile": other}
     return found or {SAMPLE: deepcopy(sample)}
 
 
 def _filled(sample: dict, phi: float) -> dict:
     """The sample with a filling factor in place of those of its bodies; in place."""
-    for _, block in keys_of(sample, "filling_factor"):
+    for _, block in find_keys(sample, "filling_factor"):
         block["filling_factor"] = phi
     return sample
 
@@ -218,4 +217,4 @@ def _sample(template: dict, point: dict) -> dict:
         projectile["grains"] = round(projectile["grains"] / point["mass_ratio"])
     sample["speed"] = quantities.format(point["speed"], "speed")
     sample["impact_parameter"] = point["impact_parameter"]
-    return seeds_moved(sample, point["seed"])
+    return shift_seeds(sample, point["seed"])

@@ -10,7 +10,7 @@ from dusttaichi.grains.build import make
 from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide_course import Collision
-from dusttaichi.studies.requests import CHECKPOINT
+from dusttaichi.studies.result_store import CHECKPOINT
 
 RESTING = 0.25  # share of the grains that are over, from which on the next ones begin
 COMPACT = 0.5  # the same where none is waiting

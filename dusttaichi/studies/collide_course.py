@@ -34,7 +34,17 @@ LEAST = 50  # steps between two looks, at least
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 ROUNDED = 13  # digits of a speed that decides about a time step: centres of mass round
 # attributes of a collision under way that a checkpoint has, values of JSON
-PROGRESS = ("first", "facts", "before", "normal", "_nearest", "touch", "end", "flight", "due")
+PROGRESS = (
+    "first",
+    "facts",
+    "initial_velocity",
+    "normal",
+    "_nearest",
+    "touch",
+    "end",
+    "flight",
+    "due",
+)
 PROGRESS += ("next_look", "looks", "unchanged", "fragment_sizes", "lost", "lost_before")
 PROGRESS += ("phase_ends", "_records", "_positions")
 
@@ -77,8 +87,8 @@ class Collision(Encounter):
             saved = self.checkpoint
             vars(self).update(saved["progress"], passed=saved["step"])
             self.first = from_plain(Measurement, self.first)
-            self.before, self.normal = (
-                from_plain(np.ndarray, a) for a in (self.before, self.normal)
+            self.initial_velocity, self.normal = (
+                from_plain(np.ndarray, a) for a in (self.initial_velocity, self.normal)
             )
             state = State(decode_arrays(saved["arrays"]), saved["numbers"])
         return state
@@ -139,12 +149,12 @@ class Collision(Encounter):
 
     # -- motion ----------------------------------------------------------------------------------
 
-    def relative(self):
+    def measure_relative_motion(self):
         """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
         (x1, x2), (v1, v2) = self.now.parts["centre"], self.now.parts["velocity"]
         return np.array([x1 - x2, v1 - v2]) * [[self.units("m")], [self.units("m/s")]]
 
-    def is_one(self):
+    def are_bound(self):
         """True while one fragment has more than half of the mass of both."""
         return are_in_same_fragment(self.label_grains(), self.masses, self.bodies)
 
@@ -224,7 +234,7 @@ class Collision(Encounter):
 
     def _look_at_fragments(self):
         """Check the ledger and count the looks without a change of the fragments."""
-        self.look()
+        self.update_normal()
         self.looks += 1
         if self.looks % EVERY:
             return
@@ -238,13 +248,13 @@ class Collision(Encounter):
 
     def _look_at_phases(self):
         """Note the losses of compression and of stretching where these end."""
-        line, velocity = self.relative()
+        line, velocity = self.measure_relative_motion()
         lost, before = self.dissipated(), self.lost
         self.lost = lost
         # the direction changes between the last two times: the mean of both
         if (line @ velocity > 0.0) != bool(self.phase_ends):
             self.phase_ends.append(0.5 * (before + lost) - self.lost_before)
-        elif self.phase_ends and not self.is_one():
+        elif self.phase_ends and not self.are_bound():
             self.phase_ends.append(lost - self.lost_before)
 
     # -- the row ---------------------------------------------------------------------------------
@@ -252,7 +262,7 @@ class Collision(Encounter):
     def _record(self):
         """Note the energies [J] and the distance of the bodies [m] now."""
         J, m = self.units("J"), self.now
-        distance = float(np.linalg.norm(self.relative()[0]))
+        distance = float(np.linalg.norm(self.measure_relative_motion()[0]))
         losses = ((m.losses - self.first.losses) * J).tolist()
         change = float((m.potential - self.first.potential) * J)
         self._records.append((self.step * self.dt, distance, float(m.kinetic * J), change, losses))
@@ -308,7 +318,7 @@ class Collision(Encounter):
         """Restitution, 0 where the bodies stay together, None of bodies that break up."""
         if outcome in ("sticking", "growth"):
             return 0.0
-        return self.restitution() if outcome == "bouncing" else None
+        return self.measure_restitution() if outcome == "bouncing" else None
 
 
 def _chosen_step(scene, sample):

@@ -12,7 +12,7 @@ from dusttaichi.grains.impacts import Impact, beyond_model, hardest_impact
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.scene import quantities
 from dusttaichi.studies.collide import Collisions
-from dusttaichi.studies.requests import cores_of
+from dusttaichi.studies.requests import count_cores
 from dusttaichi.studies.step_times import estimate_step_time
 
 
@@ -112,7 +112,7 @@ def plan_of(scene):
         each = round(each * (1.0 + study.refine / len(speeds)))
         steps += each * others
         seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), each * others)
-    count, cores, batch = len(study.requests()), cores_of(study.base), study.side_by_side
+    count, cores, batch = len(study.requests()), count_cores(study.base), study.side_by_side
     return Plan(
         {name: len(values) for name, values in study.axes.items()},
         study.refine,

@@ -26,7 +26,7 @@ def run(parent: Any, *, calls: list[dict[str, Any]], abreast: int, room: int) ->
     def answer(label, row, error=None):
         code = 0 if error is None else error.exit_code
         parent.report(
-            answered={"label": label, "code": code, "text": str(error or ""), "found": row}
+            answered={"label": label, "code": code, "text": str(error or ""), "values": row}
         )
 
     with handled_by(lambda number, _: signals.append(number)):

@@ -1,6 +1,7 @@
 """`dust extremes`: where runs are stable, refused, or stopped, cell by cell."""
 
 import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import groupby
 from pathlib import Path
@@ -11,13 +12,14 @@ import xarray as xr
 from dusttaichi.errors import DustError
 from dusttaichi.results import outputs
 from dusttaichi.studies import extremes_cells as cells
-from dusttaichi.studies.extremes_cells import CellResult
+from dusttaichi.studies.extremes_cells import Cell, CellResult
 from dusttaichi.studies.extremes_continuum import vary_dust
-from dusttaichi.studies.requests import Request, key_of
+from dusttaichi.studies.requests import Request, make_key
+from dusttaichi.studies.study import PointResult
 from dusttaichi.studies.verdicts import STABLE, VERDICTS, WRONG
 
 TASK = "dusttaichi.studies.extremes_trial:attempt_cell"
-GROUPS = {
+GROUPS: dict[str, Callable[[bool], list[Cell]]] = {
     "time step": cells.vary_time_step,
     "materials": cells.vary_materials,
     "one number": cells.vary_number,
@@ -32,17 +34,23 @@ GROUPS = {
 
 
 class ExtremesMap:
-    """Study (engine.Study) of the cells of the map.
+    """Study (study.Study) of the cells of the map.
 
     cells, requests: in the order of the dataset. directory: of its files. quick: fewer cells and
     steps. only: names of groups, by default all. threads: of each cell. Raises DustError for an
     unknown group.
     """
 
-    scene = None
     timed = False
 
-    def __init__(self, directory, *, quick=False, only=None, threads=1):
+    def __init__(
+        self,
+        directory: str | Path,
+        *,
+        quick: bool = False,
+        only: Sequence[str] | None = None,
+        threads: int = 1,
+    ) -> None:
         self.directory = Path(directory)
         self.file = self.directory / "extremes.nc"
         for name in only or ():
@@ -56,7 +64,7 @@ class ExtremesMap:
         ]
         self.requests = [
             Request(
-                key_of(asdict(cell)),
+                make_key(asdict(cell)),
                 TASK,
                 {"cell": asdict(cell)},
                 self.directory / "cells.jsonl",
@@ -66,7 +74,7 @@ class ExtremesMap:
             for cell in self.cells
         ]
 
-    def points(self, found):
+    def points(self, results: Mapping[str, PointResult]) -> list[Request]:
         """A request for each cell: those with the same kernels together, the longest first."""
         pairs = zip(self.cells, self.requests, strict=True)
         shared = groupby(pairs, lambda pair: (pair[0].group, pair[0].kernels or pair[0].row))
@@ -75,11 +83,13 @@ class ExtremesMap:
         runs.sort(key=lambda run: -max(cell.steps for cell, _ in run))
         return [request for run in runs for _, request in run]
 
-    def dataset(self, found):
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """The dataset (`build_dataset`). A process that crashed or hung is WRONG, too."""
-        results = (found[request.label] for request in self.requests)
-        ends = [CellResult(**r.measured) if r.ok else CellResult(WRONG, r.text) for r in results]
-        return build_dataset(self.cells, ends)
+        ends = (results[request.label] for request in self.requests)
+        cell_results = [
+            CellResult(**r.measured) if r.ok else CellResult(WRONG, r.text) for r in ends
+        ]
+        return build_dataset(self.cells, cell_results)
 
 
 NUMBERS = (
@@ -93,20 +103,24 @@ NUMBERS = (
 )
 
 
-def build_dataset(cells, ends):
+def build_dataset(cells: Sequence[Cell], results: Sequence[CellResult]) -> xr.Dataset:
     """xarray.Dataset over `cell` of Cells and their CellResults; verdicts and reasons are text."""
     data = {
-        name: ("cell", [float(getattr(o, name)) for o in ends], {"units": unit, "long_name": text})
+        name: (
+            "cell",
+            [float(getattr(o, name)) for o in results],
+            {"units": unit, "long_name": text},
+        )
         for name, unit, text in NUMBERS
     }
     texts = {name: [getattr(c, name) for c in cells] for name in ("group", "name", "row")}
     texts["column"] = [str(c.column) for c in cells]
-    texts |= {name: [getattr(o, name) for o in ends] for name in ("verdict", "reason")}
+    texts |= {name: [getattr(result, name) for result in results] for name in ("verdict", "reason")}
     texts |= {k: [json.dumps(getattr(c, k)) for c in cells] for k in ("scene", "sample")}
     return xr.Dataset(data | {k: ("cell", np.array(v, dtype=object)) for k, v in texts.items()})
 
 
-def save(data, path):
+def save(data: xr.Dataset, path: Path) -> list[Path]:
     """Write a dataset to the file `path` and a table beside it; returns both paths."""
     paths = [path, path.with_suffix(".csv")]
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
@@ -120,7 +134,7 @@ def save(data, path):
 HEADINGS = ("group", "cells", *VERDICTS, "worst residual", "limits", "estimated/measured")
 
 
-def summarise(data):
+def summarise(data: xr.Dataset) -> list[list[str]]:
     """Rows of text for each group and for all, under HEADINGS.
 
     Cells by verdict, largest residual of the stable ones, range of the ratio of estimated to
@@ -137,6 +151,6 @@ def summarise(data):
     return rows
 
 
-def _set_threads(cell, threads):
+def _set_threads(cell: Cell, threads: int) -> Cell:
     numerics = cell.scene.get("numerics", {}) | {"threads": threads}
     return replace(cell, scene=cell.scene | {"numerics": numerics})

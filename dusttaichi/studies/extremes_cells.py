@@ -4,9 +4,14 @@ A group is a function of `quick` that returns its cells: time steps, materials, 
 decades, unequal sizes, filling factors, precisions, and contacts about to form or break.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import nan
+from typing import Any
+
+Blocks = dict[str, Any]  # of a YAML
+Positions = list[list[float]]
 
 
 @dataclass(frozen=True)
@@ -22,8 +27,8 @@ class Cell:
 
     group: str
     name: str
-    scene: dict
-    sample: dict | None = None
+    scene: Blocks
+    sample: Blocks | None = None
     steps: int = 1000
     fraction: float | None = None
     limit: bool = False
@@ -52,12 +57,12 @@ class CellResult:
     seconds: float = nan
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """Estimated over measured limit."""
         return self.estimated / self.measured
 
 
-BASE = {
+BASE: Blocks = {
     "name": "extremes",
     "material": "silicate_s12",
     "interaction": {"rolling": {"modifier": 8}, "sliding": {"modifier": 2.5}, "damping": "viscous"},
@@ -70,12 +75,18 @@ OPEN, UNDAMPED = {"kind": "open"}, {"damping": "none"}
 BOTTOM = {"kind": "box", "omit": ["x_min", "x_max", "y_min", "y_max", "top"]}
 SMALL = {"base": "silicate_s12", "radius": "0.1 um"}
 # positions in radii: of one grain, of two in contact, and of two about to touch
-ONE, NEAR, APART = [[0, 0, 0]], [[0, 0, 0], [1.9997, 0, 0]], [[2.0005, 0, 0], [0, 0, 0]]
+ONE: Positions = [[0, 0, 0]]
+NEAR: Positions = [[0, 0, 0], [1.9997, 0, 0]]
+APART: Positions = [[2.0005, 0, 0], [0, 0, 0]]
+PAIR: Blocks
+CAKE: Blocks
 PAIR, CAKE = {"kind": "chain", "grains": 2}, {"kind": "cake", "grains": 60}
 MEETING = {"kind": "meeting", "sticking": 0.7}
 
 
-def compose_scene(*, damping=None, precision=None, **blocks):
+def compose_scene(
+    *, damping: str | None = None, precision: str | None = None, **blocks: Any
+) -> Blocks:
     """The blocks of BASE with others in their place.
 
     damping: of the interaction of BASE. precision, and the keys of `numerics`, are added.
@@ -87,7 +98,7 @@ def compose_scene(*, damping=None, precision=None, **blocks):
     return scene | {"numerics": BASE["numerics"] | blocks.get("numerics", {}) | added}
 
 
-def place(positions, **motion):
+def place(positions: Positions, **motion: Any) -> Blocks:
     """Sample of grains at positions [radii]."""
     return {"kind": "given", "positions": positions, **motion}
 
@@ -96,7 +107,7 @@ FRACTIONS = (0.01, 0.03, 0.1, 0.2, 0.25, 0.28, 0.3, 0.31, 0.33, 0.36, 0.4, 0.5, 
 FEW_FRACTIONS = (0.01, 0.2, 0.3, 0.33, 0.5, 1.2)
 
 
-def vary_time_step(quick):
+def vary_time_step(quick: bool) -> list[Cell]:
     """Time steps from a hundredth of the stiffest period to more than it."""
     bodies = (
         ("pair", PAIR, OPEN, 20_000),
@@ -117,7 +128,7 @@ def vary_time_step(quick):
     ]  # fmt: skip
 
 
-def run_long(quick):
+def run_long(quick: bool) -> list[Cell]:
     """Many steps, for drifts."""
     steps = 200_000 if quick else 10_000_000
     return [
@@ -133,9 +144,9 @@ def run_long(quick):
 SPEEDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
 
-def vary_speed(quick):
+def vary_speed(quick: bool) -> list[Cell]:
     """A cake compressed at speeds over six decades; pairs, and grains and walls, at the same."""
-    bodies = {
+    bodies: dict[str, Callable[[float], tuple[Blocks, Blocks, int]]] = {
         "cake": lambda v: ({"kind": "box", "wall_speed": f"{v} m/s"}, CAKE, 4_000),
         "pair": lambda v: (
             OPEN, place(APART, velocities=[[-0.5 * v, 0, 0], [0.5 * v, 0.05 * v, 0]]), 3_000),
@@ -154,10 +165,10 @@ def vary_speed(quick):
 RATIOS = (1, 3, 10, 30, 100, 300, 1000)
 
 
-def vary_size_ratio(quick):
+def vary_size_ratio(quick: bool) -> list[Cell]:
     """A large grain and small ones of 0.1 um: one colliding, six or up to forty on it."""
     blocks = compose_scene(material=SMALL, interaction=UNDAMPED)
-    arrangements = {
+    arrangements: dict[str, Callable[[int], Blocks]] = {
         "coat": lambda ratio: {"around": min(40, 2 * (1 + ratio) ** 2), "speed": 0.01},
         "flying": lambda ratio: {"speed_in": 0.3},
         "six": lambda ratio: {"around": 6, "speed": 0.01},
@@ -171,11 +182,13 @@ def vary_size_ratio(quick):
     ]  # fmt: skip
 
 
-def vary_filling_factor(quick):
+def vary_filling_factor(quick: bool) -> list[Cell]:
     """Filling factors from a gas to the densest packing, in a periodic cell."""
     gas = {"kind": "gas", "grains": 60}
     packing = {"kind": "random_packing", "grains": 200}
-    samples = {phi: gas | {"filling_factor": phi} for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)}
+    samples: dict[float, Blocks] = {
+        phi: gas | {"filling_factor": phi} for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
+    }
     samples[0.3] = gas | {"filling_factor": 0.25}
     for phi in (0.5, 0.6):
         samples[phi] = {"kind": "packed", "block": packing | {"filling_factor": phi}}
@@ -191,11 +204,11 @@ def vary_filling_factor(quick):
     ]  # fmt: skip
 
 
-def vary_precision(quick):
+def vary_precision(quick: bool) -> list[Cell]:
     """Scenes of the other groups in every precision."""
     pressed = {"boundary": {"kind": "box", "wall_speed": "1 m/s"}}
     unequal = {"kind": "polydisperse", "ratio": 10, "around": 6, "speed": 0.01}
-    setups = (
+    setups: tuple[tuple[str, Blocks, Blocks, int], ...] = (
         ("pair, meeting", {}, MEETING, 5_000),
         ("pair, 10 m/s", {}, place(APART, velocities=[[-10, 0, 0], [0, 1, 0]]), 3_000),
         ("cake, warm", {}, CAKE | {"speed": 0.003}, 3_000),
@@ -214,7 +227,7 @@ def vary_precision(quick):
 
 # -- materials -----------------------------------------------------------------------------------
 
-CORNERS = {
+CORNERS: dict[str, tuple[str | float, str | float]] = {
     "gamma": ("1e-4 J/m^2", "1 J/m^2"),
     "E": ("1e6 Pa", "1e12 Pa"),
     "r": ("10 nm", "1 mm"),
@@ -224,30 +237,35 @@ CORNERS = {
 }
 KEYS = ("surface_energy", "young_modulus", "radius", "density", "critical_rolling", "poisson_ratio")
 MIDDLE = ("20 mJ/m^2", "54 GPa", "0.6 um", "2.65 g/cm^3", "2 nm", 0.17)
-BODIES = {"pair": (OPEN, MEETING), "wall": (BOTTOM, {"kind": "cluster", "grains": 4})}
+BODIES: dict[str, tuple[Blocks, Blocks]] = {
+    "pair": (OPEN, MEETING),
+    "wall": (BOTTOM, {"kind": "cluster", "grains": 4}),
+}
 
 
-def vary_materials(quick):
+def vary_materials(quick: bool) -> list[Cell]:
     """All corners of the six numbers: colliding grains, and a few grains on a wall."""
     cells = []
     for body, values in product(BODIES, list(product(*CORNERS.values()))[:: 13 if quick else 1]):
         texts = [f"{key} {value}" for key, value in zip(CORNERS, values, strict=True)]
         row, column = ", ".join(texts[:3]), ", ".join(texts[3:])
         cells.append(
-            _cell_of_material(
+            _make_material_cell(
                 "materials", body, values, f"{row}, {column}", row=f"{body}: {row}", column=column
             )
         )
     return cells  # fmt: skip
 
 
-def vary_number(quick):
+def vary_number(quick: bool) -> list[Cell]:
     """Each of the six numbers at its ends, the others of silicate."""
     cells = []
     for n, (key, ends) in enumerate(CORNERS.items()):
         for end, body in product(ends[1 if quick else 0 :], BODIES):
             values, name = (*MIDDLE[:n], end, *MIDDLE[n + 1 :]), f"{key} {end}"
-            cells.append(_cell_of_material("one number", body, values, name, row=body, column=name))
+            cells.append(
+                _make_material_cell("one number", body, values, name, row=body, column=name)
+            )
     material = dict(zip(KEYS, (*MIDDLE[:5], 0), strict=True))
     for damping in ("viscoelastic", "viscous", "scaled"):
         blocks = compose_scene(material=material, interaction={"damping": damping})
@@ -257,7 +275,9 @@ def vary_number(quick):
     return sorted(cells, key=lambda cell: cell.kernels)
 
 
-def _cell_of_material(group, body, values, name, **position):
+def _make_material_cell(
+    group: str, body: str, values: Sequence[str | float], name: str, **position: Any
+) -> Cell:
     boundary, sample = BODIES[body]
     material = dict(zip(KEYS, values, strict=True))
     blocks = compose_scene(material=material, boundary=boundary, interaction=UNDAMPED)
@@ -268,20 +288,20 @@ def _cell_of_material(group, body, values, name, **position):
 # -- special states ------------------------------------------------------------------------------
 
 FAST = 1e9  # rad/s
-TOUCHING = [[0, 0, 0], [2, 0, 0]]  # in radii
+TOUCHING: Positions = [[0, 0, 0], [2, 0, 0]]  # in radii
 TIMED = {"numerics": {"time_step": "0.1 ns"}}
 WITHOUT_EFFECTS = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
 FLOOR = {"boundary": BOTTOM}
 CLUSTER, PULLED = {"kind": "cluster", "grains": 13}, {"kind": "pulled", "grains": 10}
 
 
-def _two_at(distance):
+def _place_two(distance: str) -> Blocks:
     """Blocks of a sample of two grains, which most scenes refuse."""
     positions = [["0 m"] * 3, [distance, "0 m", "0 m"]]
     return {"sample": {"kind": "explicit", "positions": positions}}
 
 
-SPECIAL_STATES = {  # name -> blocks of the scene, sample
+SPECIAL_STATES: dict[str, tuple[Blocks, Blocks | None]] = {  # name -> blocks of the scene, sample
     "one grain, auto": ({}, place(ONE)),
     "one grain at rest": (TIMED, place(ONE)),
     "one grain flying": (TIMED, place(ONE, velocities=[[1, 2, 3]])),
@@ -293,10 +313,10 @@ SPECIAL_STATES = {  # name -> blocks of the scene, sample
         {}, place(TOUCHING, velocities=[[1e-3, 0, 0], [0, 0, 0]])),
     "touching exactly, leaving": ({}, place(TOUCHING, velocities=[[-1e-3, 0, 0], [0, 0, 0]])),
     "touching exactly, sliding past": ({}, place(TOUCHING, velocities=[[0, 0.1, 0], [0, 0, 0]])),
-    "coinciding": (_two_at("0 m"), None),
-    "nearly coinciding": (_two_at("1e-15 m"), None),
-    "overlapping by half": (_two_at("0.6 um"), None),
-    "overlapping by 9 %": (_two_at("1.092 um"), None),
+    "coinciding": (_place_two("0 m"), None),
+    "nearly coinciding": (_place_two("1e-15 m"), None),
+    "overlapping by half": (_place_two("0.6 um"), None),
+    "overlapping by 9 %": (_place_two("1.092 um"), None),
     "at pull-off, two": ({}, {"kind": "pulled", "grains": 2}),
     "at pull-off, ten": ({}, PULLED),
     "at pull-off, ten, hot": ({}, PULLED | {"speed": 0.01}),
@@ -313,7 +333,7 @@ SPECIAL_STATES = {  # name -> blocks of the scene, sample
 }  # fmt: skip
 
 
-def try_special_states(quick):
+def try_special_states(quick: bool) -> list[Cell]:
     """Single grains, contacts about to form or break, coinciding grains, fast spins."""
     return [
         Cell("special states", name, compose_scene(**blocks), sample, 3_000, kernels="special",

@@ -1,12 +1,16 @@
 """Samples for the map that no scene has: perturbed, compressed, pulled, and others."""
 
+from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi import samples
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
+from dusttaichi.grains.grain_scene import GrainsScene
+from dusttaichi.physics.contact.constants import ContactConstants, mixed_constants, pair_constants
 from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
 from dusttaichi.samples import Sample
@@ -23,7 +27,7 @@ COMPRESSED_TO = 0.4  # filling factor
 SETTLE = 20_000  # steps without walls, about 6 us, until vibrations and creep have ended
 
 
-def make(scene, spec):
+def make(scene: GrainsScene, spec: dict[str, Any]) -> Sample:
     """The Sample of a `spec`, in the material of the scene.
 
     spec: `kind`, its own numbers, and `speed` [m/s], `spin` [rad/s]: standard deviations of random
@@ -41,24 +45,31 @@ def make(scene, spec):
     return sample
 
 
-def _make_contact(scene):
+def _make_contact(scene: GrainsScene) -> ContactConstants:
     """ContactConstants of two grains of the scene."""
-    return pair_constants(scene.material, scene.interaction)
+    contact: ContactConstants = pair_constants(scene.material, scene.interaction)
+    return contact
 
 
-def place_grains(scene, positions, velocities=((0, 0, 0),), spins=((0, 0, 0),)):
+def place_grains(
+    scene: GrainsScene,
+    positions: ArrayLike,
+    velocities: ArrayLike = ((0, 0, 0),),
+    spins: ArrayLike = ((0, 0, 0),),
+) -> Sample:
     """Grains at positions [radii] with velocities [m/s] and spins [rad/s]."""
     x = np.array(positions, float) * scene.material.radius
-    return Sample(x, *(np.array(a, float) + np.zeros_like(x) for a in (velocities, spins)))
+    v, w = (np.array(values, float) + np.zeros_like(x) for values in (velocities, spins))
+    return Sample(x, v, w)
 
 
-def make_cluster(scene, grains):
+def make_cluster(scene: GrainsScene, grains: int) -> Sample:
     """Close-packed grains at rest."""
     contact = _make_contact(scene)
     return Sample.at_rest(close_packed(grains) * (2.0 * contact.r - contact.delta0))
 
 
-def make_collision(scene, sticking, offset=0.3):
+def make_collision(scene: GrainsScene, sticking: float, offset: float = 0.3) -> Sample:
     """Two grains just before contact, at `sticking` times their sticking speed, off-centre."""
     c = _make_contact(scene)
     v = sticking * breaking_speed(c)
@@ -70,14 +81,14 @@ def make_collision(scene, sticking, offset=0.3):
     )
 
 
-def deposit_cake(scene, grains, seed=1):
+def deposit_cake(scene: GrainsScene, grains: int, seed: int = 1) -> Sample:
     """A cake of random ballistic deposition."""
     block = {"kind": "rbd", "grains": grains, "seed": seed}
     return Sample.at_rest(samples.make(scene.with_value("sample", block)).positions)
 
 
 @cache
-def _compress():
+def _compress() -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
     """Positions and contacts of a cake after compression in a box and relaxation without it."""
     scene = Scene.from_dict(COMPRESSED)
     sim = build(scene, samples.make(scene))
@@ -86,10 +97,10 @@ def _compress():
     sim = build(scene.with_value("boundary", {"kind": "open"}), _read_at_rest(sim))
     sim.advance(SETTLE)
     settled = _read_at_rest(sim)
-    return settled.positions, settled.contacts
+    return settled.positions, settled.contacts or {}
 
 
-def _read_at_rest(sim):
+def _read_at_rest(sim: Any) -> Sample:
     """Sample from a simulation: positions and strained contacts, at rest."""
     state = sim.contacts.measure_pairs()
     contacts = {name: state[name] for name in ("pointer_i", "pointer_j", "twist")}
@@ -99,13 +110,13 @@ def _read_at_rest(sim):
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def compress_cake(scene):
+def compress_cake(scene: GrainsScene) -> Sample:
     """A cake of silicate after compression, with its strained contacts."""
     x, contacts = _compress()
     return Sample(x.copy(), np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def pull_chain(scene, grains):
+def pull_chain(scene: GrainsScene, grains: int) -> Sample:
     """A chain with all contacts just before pull-off."""
     c = _make_contact(scene)
     x = np.zeros((grains, 3))
@@ -117,7 +128,7 @@ def pull_chain(scene, grains):
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def make_chain(scene, grains):
+def make_chain(scene: GrainsScene, grains: int) -> Sample:
     """A chain of grains along x in equilibrium."""
     c = _make_contact(scene)
     x = np.zeros((grains, 3))
@@ -125,11 +136,11 @@ def make_chain(scene, grains):
     return Sample.at_rest(x)
 
 
-def scatter_gas(scene, grains, filling_factor):
+def scatter_gas(scene: GrainsScene, grains: int, filling_factor: float) -> Sample:
     """Random grains without contacts in a periodic cube of a filling factor."""
     r = scene.material.radius
     edge = (grains * 4.0 / 3.0 * np.pi * r**3 / filling_factor) ** (1.0 / 3.0)
-    rng, x = np.random.default_rng(7), []
+    rng, x = np.random.default_rng(7), list[NDArray[np.float64]]()
     while len(x) < grains:
         position = edge * rng.random(3)
         apart = np.array(x).reshape(-1, 3) - position
@@ -141,14 +152,16 @@ def scatter_gas(scene, grains, filling_factor):
     return sample
 
 
-def make_of_scene(scene, block):
+def make_of_scene(scene: GrainsScene, block: dict[str, Any]) -> Sample:
     """A sample of a kind that scenes have, at rest."""
     sample = samples.make(scene.with_value("sample", block))
     still = np.zeros_like(sample.positions)
     return Sample(sample.positions, still, still.copy(), info=sample.info)
 
 
-def surround_grain(scene, ratio, around=1, speed_in=0.0):
+def surround_grain(
+    scene: GrainsScene, ratio: float, around: int = 1, speed_in: float = 0.0
+) -> Sample:
     """A grain of `ratio` times the radius with `around` small ones.
 
     They are in equilibrium contact, or at a small distance with speed_in [m/s] towards it.
@@ -163,7 +176,7 @@ def surround_grain(scene, ratio, around=1, speed_in=0.0):
     return Sample(x, v, np.zeros_like(x), radii=radii)
 
 
-def _spread_directions(n):
+def _spread_directions(n: int) -> NDArray[np.float64]:
     """n directions uniformly over the sphere (Fibonacci), (n, 3)."""
     k = np.arange(n) + 0.5
     z, angle = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5.0**0.5) * k
@@ -172,7 +185,7 @@ def _spread_directions(n):
     )
 
 
-KINDS = {
+KINDS: dict[str, Callable[..., Sample]] = {
     "given": place_grains,
     "cluster": make_cluster,
     "meeting": make_collision,

@@ -2,15 +2,19 @@
 
 import time as real_time
 import warnings
+from collections.abc import Callable
 from dataclasses import asdict
 from math import inf, nan, pi
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi import method, samples
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains import contact_network
 from dusttaichi.grains.build import build
+from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.running import ledger
@@ -18,28 +22,31 @@ from dusttaichi.scene import Scene
 from dusttaichi.studies import extremes_samples
 from dusttaichi.studies.extremes_cells import Cell, CellResult
 from dusttaichi.studies.verdicts import judge, name_infinite
+from dusttaichi.studies.worker_main import Parent
 
 RECORDS = 25  # records of a run, besides the checks of its guards
+ReadState = Callable[[], dict[str, NDArray[np.float64]]]
 MAY_BE_OPEN = ("pressure", "height", "filling_factor")  # without all six walls
 
 
-def attempt_cell(parent, *, cell):
+def attempt_cell(parent: Parent, *, cell: dict[str, Any]) -> dict[str, Any]:
     """Task of a worker process: the CellResult of a Cell, both as dicts."""
     warnings.simplefilter("ignore")
     return asdict(attempt(Cell(**cell)))
 
 
-def attempt(cell):
+def attempt(cell: Cell) -> CellResult:
     """The CellResult of a Cell. Raises nothing."""
-    began, numbers = real_time.perf_counter(), {}
+    began, numbers = real_time.perf_counter(), dict[str, Any]()
     verdict = judge(lambda: _compute(cell, numbers))
     seconds = real_time.perf_counter() - began
     return CellResult(verdict.name, verdict.reason, seconds=seconds, **numbers)
 
 
-def _compute(cell, numbers):
+def _compute(cell: Cell, numbers: dict[str, Any]) -> str:
     """Compute a cell; returns what is wrong, see `judge`. numbers: those of its CellResult."""
     scene = Scene.from_dict(cell.scene)
+    sim: Any
     if isinstance(scene, GrainsScene):
         sim, read_state = _build_grains(cell, scene, numbers)
     else:
@@ -49,10 +56,12 @@ def _compute(cell, numbers):
     return _advance(sim, scene, cell.steps, read_state, numbers)
 
 
-def _build_grains(cell, scene, numbers):
+def _build_grains(
+    cell: Cell, scene: GrainsScene, numbers: dict[str, Any]
+) -> tuple[GrainEngine, ReadState]:
     """(GrainEngine of a cell, function that reads the state of its grains by name)."""
     if cell.limit:  # its perturbation is below the resolution of single precision
-        scene = scene.with_value("numerics.precision", "f64")
+        scene = cast(GrainsScene, scene.with_value("numerics.precision", "f64"))
     if cell.sample is None:
         sample = samples.make(scene)
     else:
@@ -70,12 +79,15 @@ def _build_grains(cell, scene, numbers):
     return sim, lambda: dict(zip(names, sim.motion.measure(), strict=True))
 
 
-def _find_limit(sim):
+def _find_limit(sim: GrainEngine) -> tuple[float, float]:
     """(shortest period, largest stable step) [s] of the present contacts of a GrainEngine."""
-    return contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)
+    period, stable = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)
+    return period, stable
 
 
-def _advance(sim, scene, steps, read_state, numbers):
+def _advance(
+    sim: Any, scene: Scene, steps: int, read_state: ReadState, numbers: dict[str, Any]
+) -> str:
     """Advance a method.Engine with the guards and records of a run; returns what is wrong.
 
     read_state(): name -> current array, whose numbers must be finite. Raises GuardStop.
@@ -107,7 +119,7 @@ NUDGE = 1e-7  # perturbation over the equilibrium overlap
 TRIES = 8  # bisections: to half a per cent of the estimate
 
 
-def measure_stable_step(sim, estimate):
+def measure_stable_step(sim: GrainEngine, estimate: float) -> float:
     """Largest step [s] at which a perturbation of all grains does not grow, by bisection.
 
     At a step of 1 + e times the limit the energy of the fastest mode grows in each step by
@@ -117,7 +129,7 @@ def measure_stable_step(sim, estimate):
     state, dt = sim.state(), sim.dt
     low, high = 0.3 * estimate / sim.units("s"), 1.7 * estimate / sim.units("s")
 
-    def is_unstable(step):
+    def is_unstable(step: float) -> bool:
         sim.restore(state)
         sim.environment.dt = step
         return _measure_growth(sim, state) > GROWTH
@@ -131,10 +143,10 @@ def measure_stable_step(sim, estimate):
     finally:
         sim.environment.dt = dt
         sim.restore(state)
-    return 0.5 * (low + high) * sim.units("s")
+    return float(0.5 * (low + high) * sim.units("s"))
 
 
-def _measure_growth(sim, state):
+def _measure_growth(sim: GrainEngine, state: Any) -> float:
     """Largest kinetic energy of the difference of two trajectories over that of the perturbation.
 
     Within STEPS steps, not at their end: after contacts break, the grains may come to rest.
@@ -165,7 +177,7 @@ def _measure_growth(sim, state):
             trajectory.append(np.array(list(motion)))
         trajectories.append(trajectory)
 
-    def compute_energy(v, w):
+    def compute_energy(v: NDArray[np.float64], w: NDArray[np.float64]) -> float:
         return float(np.sum(mass * v**2) + np.sum(inertia * w**2))
 
     largest = max(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -14,6 +16,13 @@ from dusttaichi.results.provenance import describe_study
 from dusttaichi.running.interrupts import resumable
 from dusttaichi.running.progress import show_study
 from dusttaichi.studies import engine
+from dusttaichi.studies.study import PointResult, Study
+
+if TYPE_CHECKING:
+    from dusttaichi.running.progress import ProgressBar
+    from dusttaichi.studies.collide import Collisions
+    from dusttaichi.studies.sweep import Sweep
+    from dusttaichi.studies.user_study import UserStudy
 
 
 @dataclass(frozen=True)
@@ -38,36 +47,44 @@ class Results:
     failure: DustError | None
 
 
-def run_study(study, bar, *, onward, noun="runs", log=None, **engine_options):
-    """Run a Study (engine.Study), shown in a bar; returns label -> result of its points.
+def run_study(
+    study: Study,
+    bar: ProgressBar,
+    *,
+    onward: str,
+    noun: str = "runs",
+    log: Callable[[str], None] | None = None,
+    **engine_options: Any,
+) -> dict[str, PointResult]:
+    """Run a Study (study.Study), shown in a bar; returns label -> result of its points.
 
     onward: how to continue after an interruption. noun: plural noun for its points. log: called
     with lines, by default that of the bar. engine_options: arguments of `engine.run`. Raises
     DustError, Interrupted.
     """
-    done = None if study.directory is None else f"finished {noun} are in {study.directory}"
-    with resumable(onward, done):
+    message = None if study.directory is None else f"finished {noun} are in {study.directory}"
+    with resumable(onward, message):
         return engine.run(study, report=show_study(bar, noun), log=log or bar.log, **engine_options)
 
 
-def build_failure_error(failed, count):
+def build_failure_error(failed: Sequence[PointResult], count: int) -> DustError:
     """The error about failed runs (PointResults), `count` in all, one line for each reason."""
-    reasons = {}
+    labels_by_reason: dict[str, list[str]] = {}
     for run in failed:
-        reasons.setdefault(run.text, []).append(run.point.label)
-    lines = [f"{', '.join(labels)}: {text}" for text, labels in reasons.items()]
+        labels_by_reason.setdefault(run.text, []).append(run.point.label)
+    lines = [f"{', '.join(labels)}: {text}" for text, labels in labels_by_reason.items()]
     guarded = any(run.code == GuardStop.exit_code for run in failed)
-    count = f"{len(failed)} of {count} runs failed:"
-    return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
+    heading = f"{len(failed)} of {count} runs failed:"
+    return (GuardStop if guarded else DustError)("\n  ".join([heading, *lines]))
 
 
-def error_of_runs(point_results) -> DustError | None:
+def find_run_failure(point_results: Mapping[str, PointResult]) -> DustError | None:
     """The error about the failed runs among these, None where all succeeded."""
     failed = [run for run in point_results.values() if not run.ok]
     return build_failure_error(failed, len(point_results)) if failed else None
 
 
-def error_of_collisions(point_results) -> DustError | None:
+def find_collision_failure(point_results: Mapping[str, PointResult]) -> DustError | None:
     """As `error_of_runs`, of collisions."""
     failed = [collision.text for collision in point_results.values() if not collision.ok]
     if not failed:
@@ -81,33 +98,37 @@ def error_of_collisions(point_results) -> DustError | None:
     )
 
 
-def finish_sweep(sweep, point_results, figures=True) -> Results:
+def finish_sweep(
+    sweep: Sweep, point_results: Mapping[str, PointResult], figures: bool = True
+) -> Results:
     """Gather a Sweep, write its dataset and, where wanted, its figures.
 
     Figures are of all runs; those of a single run are made by `dust plot`. Raises DustError where
     all runs failed.
     """
-    failure = _unless_all_failed(error_of_runs(point_results), point_results)
+    failure = _raise_if_all_failed(find_run_failure(point_results), point_results)
     data = sweep.dataset(point_results)
     save_ensemble(data, sweep.file)
     drawn, undrawn = _draw_sweep(data, sweep) if figures else ([], [])
     return Results(data, [sweep.file, *drawn], undrawn, failure)
 
 
-def _draw_sweep(data, sweep):
+def _draw_sweep(data: xr.Dataset, sweep: Sweep) -> tuple[list[Path], list[tuple[str, str]]]:
     """(paths of the figures, (title, reason) of those that could not be drawn)."""
     from dusttaichi import plots  # with matplotlib, which the runs do not wait for
 
     statistics = list(plots.draw_statistics(data))
     drawn = {sweep.file.with_suffix(".png"): plots.ensemble(data)}
-    for row, figure, why in statistics:
-        if not why:
+    for row, figure, reason in statistics:
+        if not reason:
             drawn[sweep.file.with_name(f"{row.name}.png")] = figure
-    undrawn = [(row.title, why) for row, _, why in statistics if why]
+    undrawn = [(row.title, reason) for row, _, reason in statistics if reason]
     return [plots.save(figure, path) for path, figure in drawn.items()], undrawn
 
 
-def finish_collisions(study, point_results, figures=True) -> Results:
+def finish_collisions(
+    study: Collisions, point_results: Mapping[str, PointResult], figures: bool = True
+) -> Results:
     """Write the dataset of a study of Collisions, its tables and, where wanted, its figures.
 
     Raises DustError where all collisions failed.
@@ -117,7 +138,7 @@ def finish_collisions(study, point_results, figures=True) -> Results:
     from dusttaichi.analysis.thresholds import find_thresholds
     from dusttaichi.studies.collide_files import write_collision_files
 
-    failure = _unless_all_failed(error_of_collisions(point_results), point_results)
+    failure = _raise_if_all_failed(find_collision_failure(point_results), point_results)
     data, file = study.dataset(point_results), study.file
     save_ensemble(data, file)
     tables = {file.with_suffix(".csv"): format_collision_table(data)}
@@ -134,7 +155,7 @@ def finish_collisions(study, point_results, figures=True) -> Results:
     return Results(data, [file, *tables, *paths], [], failure)
 
 
-def unfinished_collisions(data) -> str:
+def describe_unfinished_collisions(data: xr.Dataset) -> str:
     """Sentence about collisions that ended too early, "" without any."""
     count = int((data.settled == 0).sum())
     if not count:
@@ -142,16 +163,18 @@ def unfinished_collisions(data) -> str:
     return f"{count} collisions ended while fragments still changed: increase stop.time"
 
 
-def finish_study(study, point_results) -> Results:
+def finish_study(study: UserStudy, point_results: Mapping[str, PointResult]) -> Results:
     """Write the dataset of a study of the user. Raises DustError where all runs failed."""
-    failure = _unless_all_failed(error_of_runs(point_results), point_results)
+    failure = _raise_if_all_failed(find_run_failure(point_results), point_results)
     data = study.dataset(point_results)
     data.attrs = describe_study(study.scene) | data.attrs
     save_ensemble(data, study.file)
     return Results(data, [study.file], [], failure)
 
 
-def _unless_all_failed(error, point_results):
+def _raise_if_all_failed(
+    error: DustError | None, point_results: Mapping[str, PointResult]
+) -> DustError | None:
     """The error of some failed runs; raises it where no run succeeded."""
     if error is not None and not any(run.ok for run in point_results.values()):
         raise error

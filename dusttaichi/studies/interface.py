@@ -23,11 +23,11 @@ from dusttaichi.studies import finish, user_study
 from dusttaichi.studies import sweep as sweeps
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.finish import run_study
-from dusttaichi.studies.settings import with_common_settings
+from dusttaichi.studies.settings import apply_common_settings
 from dusttaichi.studies.user_study import UserStudy
 
 SceneSource = Scene | str | Path | Mapping[str, Any]
-ONWARD = "resume=True"  # continues after an interruption
+CONTINUE_HINT = "resume=True"  # continues after an interruption
 
 
 def run(
@@ -79,7 +79,7 @@ def run(
         if getattr(scene, "collisions", None) is not None:
             bar.log("this is the one collision of `sample`; all of `collisions`: dt.collide(scene)")
         folder = user_path(run_directory(scene, directory))
-        with resumable(ONWARD):
+        with resumable(CONTINUE_HINT):
             reports = {"report": show_run(bar), "log": bar.log}
             execute(scene, folder, force=force, resume=resume, **reports)
         result = analysis.open_run(folder)
@@ -146,7 +146,7 @@ def sweep(
         Ctrl-C; the results until then are on disk, and `resume` continues them.
     """
     with _study(scene, changes, force, resume) as scene, open_bar(progress is False) as bar:
-        scene, axes = with_common_settings(scene, values or {})
+        scene, axes = apply_common_settings(scene, values or {})
         if not axes and scene.replicas is None:
             raise DustError(
                 'nothing to vary: give values of keys, such as {"sample.seed": [1, 2, 3]}, or '
@@ -156,8 +156,13 @@ def sweep(
             study = sweeps.sweep(scene, axes, _folder(scene, "sweep", directory))
         else:
             study = sweeps.replicas(scene, user_path(run_directory(scene, directory)))
-        engine_options = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": resume}
-        point_results = run_study(study, bar, onward=ONWARD, **engine_options)
+        engine_options: dict[str, Any] = {
+            "jobs": jobs,
+            "scheduler": scheduler,
+            "force": force,
+            "resume": resume,
+        }
+        point_results = run_study(study, bar, onward=CONTINUE_HINT, **engine_options)
         results = finish.finish_sweep(study, point_results, figures)
     _warn(results.undrawn, results.failure)
     return results.data
@@ -216,10 +221,17 @@ def collide(
     """
     with _study(scene, changes, force, resume) as scene, open_bar(progress is False) as bar:
         study = Collisions(scene, _folder(scene, "collisions", directory), batch)
-        engine_options = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": resume}
-        point_results = run_study(study, bar, onward=ONWARD, noun="collisions", **engine_options)
+        engine_options: dict[str, Any] = {
+            "jobs": jobs,
+            "scheduler": scheduler,
+            "force": force,
+            "resume": resume,
+        }
+        point_results = run_study(
+            study, bar, onward=CONTINUE_HINT, noun="collisions", **engine_options
+        )
         results = finish.finish_collisions(study, point_results, figures)
-        if text := finish.unfinished_collisions(results.data):
+        if text := finish.describe_unfinished_collisions(results.data):
             bar.log(text)
     _warn(results.undrawn, results.failure)
     return results.data
@@ -279,8 +291,15 @@ def study(
         else:
             path = user_path(program)
             mine = user_study.load_study(path, scene, _folder(scene, path.stem, directory))
-        engine_options = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": resume}
-        results = finish.finish_study(mine, run_study(mine, bar, onward=ONWARD, **engine_options))
+        engine_options: dict[str, Any] = {
+            "jobs": jobs,
+            "scheduler": scheduler,
+            "force": force,
+            "resume": resume,
+        }
+        results = finish.finish_study(
+            mine, run_study(mine, bar, onward=CONTINUE_HINT, **engine_options)
+        )
     _warn(results.undrawn, results.failure)
     return results.data
 
@@ -309,6 +328,6 @@ def _folder(scene: Scene, word: str, directory: str | Path | None) -> Path:
 
 def _warn(undrawn: list[tuple[str, str]], failure: DustError | None = None) -> None:
     """Warn the caller of a public function of figures not drawn, (title, reason), and failures."""
-    texts = [f"figure not drawn: {title}: {why}" for title, why in undrawn]
+    texts = [f"figure not drawn: {title}: {reason}" for title, reason in undrawn]
     for text in [*texts, *([] if failure is None else [str(failure)])]:
         warnings.warn(with_keywords(text), RuntimeWarning, stacklevel=3)

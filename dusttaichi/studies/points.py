@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import yaml
 
@@ -23,29 +23,32 @@ from dusttaichi.results.reading import open_tree
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import package_hash, without
 from dusttaichi.scene import Scene
-from dusttaichi.studies.jobs import Task, content_of
-from dusttaichi.studies.settings import data_of, input_files, keys_of, portable
+from dusttaichi.studies.jobs import Task, read_content
+from dusttaichi.studies.result_store import ResultStore
+from dusttaichi.studies.settings import find_keys, list_input_files, make_portable
+from dusttaichi.studies.study import RunStudy, Study
 from dusttaichi.studies.workers import Answer
 
-NAME = 90  # characters of the name of a scene
+NAME_LENGTH = 90  # characters of the name of a scene
 COST = "cost.json"
 RUN = "dusttaichi.studies.jobs:run"
 # keys whose change does not invalidate a finished run
-BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
+IRRELEVANT_KEYS = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
 
 
-def core_of(text: str) -> dict[str, Any]:
+def read_result_keys(text: str) -> dict[str, Any]:
     """Scene of a YAML text as plain data, without the keys that do not change the result."""
-    return without(yaml.safe_load(text), BESIDES)
+    data: dict[str, Any] = without(yaml.safe_load(text), IRRELEVANT_KEYS)
+    return data
 
 
-def name_of(scene: Scene, label: str) -> str:
+def make_run_name(scene: Scene, label: str) -> str:
     """Name of a scene with a label; a long one ends with a digest in place of its rest."""
     name = re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")
-    if len(name) <= NAME:
+    if len(name) <= NAME_LENGTH:
         return name
     digest = hashlib.sha256(label.encode()).hexdigest()[:8]
-    return f"{name[: NAME - 9]}-{digest}"
+    return f"{name[: NAME_LENGTH - 9]}-{digest}"
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class Point:
     seeds: dict[str, int]
 
     @classmethod
-    def of(
+    def from_changes(
         cls,
         scene: Scene,
         directory: Path,
@@ -102,56 +105,56 @@ class Point:
         DustError
             The scene refuses the changes.
         """
-        data = data_of(scene.with_values(changes) if changes else scene)
+        data = (scene.with_values(dict(changes)) if changes else scene).plain
         data.pop("replicas", None)
-        data["name"] = name or name_of(scene, label)
+        data["name"] = name or make_run_name(scene, label)
         data["output"]["directory"] = str(Path(directory) / label)
         # those of many runs may fill a disk
         if data["output"]["snapshots"] == "auto" and not snapshots:
             data["output"]["snapshots"] = "off"
         seeds = {}
-        for path, block in keys_of(data.get("sample", {}), "seed"):
+        for path, block in find_keys(data.get("sample", {}), "seed"):
             block["seed"] += seed
             seeds["_".join(path)] = block["seed"]
-        portable(data)
+        make_portable(data)
         changed_scene = Scene.from_dict(data, title=f"the scene of {label}")
         return cls(label, changed_scene, Path(directory) / label, seeds)
 
     @property
     def inputs(self) -> list[str]:
         """Paths of the files that the run reads."""
-        return input_files(self.scene)
+        return list_input_files(self.scene)
 
-    def mode(self, shelf) -> str | None:
+    def choose_mode(self, store: ResultStore) -> str | None:
         """Mode of the run: "new", "force" (start again), "resume", or None where it is finished.
 
-        Where its cost is wanted, it runs in one piece and by this code. Raises DustError where its
-        results are there and the shelf neither overwrites nor continues them.
+        A run with a cost runs without interruption and by this code. Raises DustError where it has
+        results that the store neither overwrites nor continues.
         """
-        if shelf.force:
+        if store.force:
             return "force"
-        if not shelf.resume:
+        if not store.resume:
             if (self.directory / RESULT).exists():
                 raise make_exists_error(self.directory / RESULT, "with the missing runs")
             return "new"
-        status = self._status(shelf.timed)
-        if status.startswith("finished") and not (shelf.timed and self.cost is None):
+        status = self._read_status(store.timed)
+        if status.startswith("finished") and not (store.timed and self.cost is None):
             return None
-        if status and shelf.timed and self.stopped:
+        if status and store.timed and self.guard_reason:
             return None
         # without a checkpoint a run cannot continue, whatever other files there are
-        has_checkpoint = not shelf.timed and (self.directory / CHECKPOINT).exists()
+        has_checkpoint = not store.timed and (self.directory / CHECKPOINT).exists()
         return "resume" if has_checkpoint else "force"
 
-    def find_answer(self, shelf) -> Answer | None:
+    def find_answer(self, store: ResultStore) -> Answer | None:
         """Its Answer where it is finished, or was stopped by a guard, as it would be again."""
-        shelf.modes[self.label] = self.mode(shelf)
-        if shelf.modes[self.label] is not None:
+        store.modes[self.label] = self.choose_mode(store)
+        if store.modes[self.label] is not None:
             return None
-        text = self.stopped if shelf.timed else ""
+        text = self.guard_reason if store.timed else ""
         return Answer(GuardStop.exit_code if text else 0, text)
 
-    def store(self, answer, shelf):
+    def save_answer(self, answer: Answer, store: ResultStore) -> None:
         """Write the files that came back from a temporary directory. Raises DustError.
 
         With them go the cost of a timed run, or why a guard has stopped it.
@@ -163,15 +166,17 @@ class Point:
             for name, content in answer.files.items():
                 (self.directory / name).parent.mkdir(parents=True, exist_ok=True)
                 files.write_whole(self.directory / name, content)
-            if shelf.timed and answer.code in (0, GuardStop.exit_code):
-                record = {"stopped": answer.text} if answer.code else {"cost": answer.found["cost"]}
+            if store.timed and answer.code in (0, GuardStop.exit_code):
+                record = (
+                    {"stopped": answer.text} if answer.code else {"cost": answer.values["cost"]}
+                )
                 text = json.dumps(record | {"code": package_hash()})
                 files.write_whole(self.directory / COST, text.encode())
         except OSError as error:
             reason = files.explain(error, self.directory / RESULT)
             raise DustError(f"Cannot write {self.directory}: {reason}.") from error
 
-    def choose_processes(self, count, cores, *, remote):
+    def choose_processes(self, count: int, cores: int, *, remote: bool) -> tuple[int, int | str]:
         """(simultaneous runs of `count` on some cores, threads of each or "auto").
 
         A GPU takes one run at a time.
@@ -184,51 +189,60 @@ class Point:
             return 1, threads
         if threads == "auto":
             threads = max(1, cores // count)
-        return min(count, max(1, cores // threads)), threads
+        return min(count, max(1, cores // int(threads))), threads
 
-    def to_task(self, threads, shelf, *, remote, how) -> Task:
+    def to_task(
+        self,
+        threads: int | str,
+        store: ResultStore,
+        *,
+        remote: bool,
+        execute_options: dict[str, Any],
+    ) -> Task:
         """The Task of the run, on a cluster with the files that it needs.
 
-        The mode is that in which `find_answer` has found it. how: further arguments of `execute`.
+        The mode is that of `find_answer`. execute_options: further arguments of `execute`.
         """
-        mode, folder = shelf.modes[self.label], None
+        mode, folder = store.modes[self.label], None
         scene = self.scene.with_value("numerics.threads", threads).to_yaml()
-        arguments = {"scene": scene, "mode": mode, "timed": shelf.timed, "how": how}
+        arguments: dict[str, Any] = {"scene": scene, "mode": mode, "timed": store.timed}
+        arguments["execute_options"] = execute_options
         if not remote:
             arguments["directory"] = os.path.abspath(self.directory)
         elif mode == "resume":
             names = run_files(self.directory)
-            folder = {name: content_of(self.directory / name) for name in names}
+            folder = {name: read_content(self.directory / name) for name in names}
         else:
             checkpoint.discard(self.directory / CHECKPOINT)
             folder = {}
         return Task(self.label, RUN, arguments, folder=folder, alone=True)
 
-    def measure_answer(self, study, answer):
-        """(numbers that a Study measures of the run, its cost if that is wanted)."""
+    def measure_answer(self, study: Study, answer: Answer) -> tuple[Any, float | None]:
+        """(numbers that a Study measures of the run, its cost if the study is timed)."""
         from dusttaichi.analysis import open_run  # which takes a second
 
         with open_run(self.directory) as run:
-            return study.measure(run), self.cost if study.timed else None
+            return cast(RunStudy, study).measure(run), self.cost if study.timed else None
 
     @property
     def cost(self) -> float | None:
         """Processor time of the steps of the finished run [s], None of other code or without it."""
-        return self._stored("cost")
+        cost: float | None = self._read_record("cost")
+        return cost
 
     @property
-    def stopped(self) -> str:
+    def guard_reason(self) -> str:
         """Reason why a guard has stopped a timed run; "" if none has, or other code ran."""
-        return self._stored("stopped") or ""
+        return self._read_record("stopped") or ""
 
-    def _stored(self, key):
+    def _read_record(self, key: str) -> Any:
         try:
             record = json.loads((self.directory / COST).read_text(encoding="utf-8"))
             return record[key] if record["code"] == package_hash() else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
 
-    def _status(self, timed):
+    def _read_status(self, timed: bool) -> str:
         """End of the result of the scene of the point, "" without one.
 
         timed: one of other threads counts for none, as they have another cost. Raises DustError,
@@ -245,4 +259,4 @@ class Point:
         threads = self.scene.numerics.threads
         if timed and threads not in ("auto", yaml.safe_load(scene)["numerics"]["threads"]):
             return ""
-        return status if core_of(scene) == core_of(self.scene.to_yaml()) else ""
+        return status if read_result_keys(scene) == read_result_keys(self.scene.to_yaml()) else ""

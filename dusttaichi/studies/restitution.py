@@ -1,14 +1,23 @@
 """Coefficient of restitution of a collision over its speed and other keys of the scene."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.results.provenance import describe_study
-from dusttaichi.studies.settings import grid
-from dusttaichi.studies.sticking import Collision, speed_of
+from dusttaichi.scene import quantities
+from dusttaichi.studies.requests import Request
+from dusttaichi.studies.settings import make_grid
+from dusttaichi.studies.sticking import Collision
+from dusttaichi.studies.study import PointResult
 
 # name -> (of the outcome, unit, long_name)
 NUMBERS = {
@@ -30,40 +39,50 @@ class RestitutionMap:
 
     timed = False
 
-    def __init__(self, scene, directory, speeds, tolerance=1e-3, settings=()):
-        self.scene, self.directory, self.speeds = scene, Path(directory), _speeds(speeds)
-        self.axes, scenes = grid(scene, list(settings))
+    def __init__(
+        self,
+        scene: GrainsScene,
+        directory: str | Path,
+        speeds: str,
+        tolerance: float = 1e-3,
+        settings: Sequence[str] = (),
+    ) -> None:
+        self.scene, self.directory, self.speeds = scene, Path(directory), _parse_speeds(speeds)
+        self.axes, scenes = make_grid(scene, list(settings))
         rows = self.file.with_suffix(".jsonl")
-        self.collisions = [Collision(changed_scene, tolerance, rows) for changed_scene in scenes]
+        self.collisions = [
+            Collision(cast(GrainsScene, changed_scene), tolerance, rows) for changed_scene in scenes
+        ]
 
     @property
-    def file(self):
+    def file(self) -> Path:
         """File of the map."""
         return self.directory / "restitution.nc"
 
     @property
-    def beyond(self):
+    def beyond(self) -> str:
         """Sentence about speeds beyond the contact model, of the first scene with some, or ""."""
         return next(
-            filter(None, (collision.beyond(self.speeds) for collision in self.collisions)), ""
+            filter(None, (collision.describe_excess(self.speeds) for collision in self.collisions)),
+            "",
         )
 
-    def points(self, results_by_label):
+    def points(self, results: Mapping[str, PointResult]) -> list[Request]:
         """All of them, the speeds fastest."""
-        return [collision.request(speed) for collision in self.collisions for speed in self.speeds]
+        return [
+            collision.make_request(speed) for collision in self.collisions for speed in self.speeds
+        ]
 
-    def dataset(self, results_by_label):
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """xr.Dataset in SI of NUMBERS over (..., speed).
 
         The attribute sticking_speed is the closed form of the first point, closed_form whether it
         is valid there (two single grains, or one and a wall, without damping, head-on). Raises
         DustError where a collision failed.
         """
-        for failed in (outcome for outcome in results_by_label.values() if not outcome.ok):
+        for failed in (outcome for outcome in results.values() if not outcome.ok):
             raise DustError(failed.text)
-        outcomes = [
-            results_by_label[point.label].measured for point in self.points(results_by_label)
-        ]
+        outcomes = [results[point.label].measured for point in self.points(results)]
         axes, first = self.axes, self.collisions[0]
         dims = (*(axis.key for axis in axes), "speed")
         shape = (*(len(axis.texts) for axis in axes), len(self.speeds))
@@ -89,7 +108,7 @@ class RestitutionMap:
         return data
 
 
-def map_rows(data):
+def list_map_rows(data: xr.Dataset) -> list[tuple[str, str]]:
     """Rows (name, value) of text of a restitution map."""
     closed = data.attrs["sticking_speed"]
     speeds = np.broadcast_to(data.speed.values, data.bound.shape)
@@ -101,14 +120,14 @@ def map_rows(data):
     ]
 
 
-def _speeds(text):
+def _parse_speeds(text: str) -> NDArray[np.float64]:
     texts = [entry.strip() for entry in text.split(",")]
     if len(texts) != 3 or not texts[2].isdigit() or int(texts[2]) < 2:
         raise DustError(
             f"--map {text}: must be two speeds and a number of at least 2, such as "
             '--map "0.01 m/s,5 m/s,40"'
         )
-    low, high = (speed_of("--map", entry) for entry in texts[:2])
+    low, high = (quantities.parse(entry, "speed", "--map") for entry in texts[:2])
     if not 0.0 < low < high:
         raise DustError(f"--map {text}: the speeds must be above 0, and the second above the first")
     return np.geomspace(low, high, int(texts[2]))

@@ -4,54 +4,39 @@ Each variant of the scene is a run of the engine; errors are relative to a conve
 changes that pay are combined.
 """
 
+from __future__ import annotations
+
 import re
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any, cast
+
+import xarray as xr
 
 from dusttaichi import analysis
 from dusttaichi.analysis import observables
-from dusttaichi.analysis.observables import ObservableValues
 from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, Variant, change_scene
 from dusttaichi.scene import Scene
-from dusttaichi.studies.engine import StagedStudy
 from dusttaichi.studies.points import Point
+from dusttaichi.studies.study import PointResult, StagedStudy
 from dusttaichi.studies.trade_judge import (
     Judge,
     Row,
+    RunVariants,
+    Stages,
+    Trade,
     combine_offers,
     find_cheapest,
     rank_offers,
     refuse_unknown,
 )
-from dusttaichi.studies.trade_plan import NAMES, make_base_scene
+from dusttaichi.studies.trade_plan import NAMES, TradePlan, make_base_scene
 
 LEAST_NOISE = 0.02  # of a cost
-LONGEST = 120  # characters of a directory's name
+LONGEST_NAME = 120  # characters of a directory's name
 DEFAULT = Variant("default", "default")
-AGAIN = Variant("default again", "default", repeats=True)
-
-
-@dataclass(frozen=True)
-class Trade:
-    """Result of a trade.
-
-    rows: default first, then presets (that of the reference last), single changes, combinations.
-    seeds: ObservableValues of the default with each seed, its own first. numerical, anything:
-    cheapest accepted Row of numerical parameters, and of all, or None. left_out: parameter ->
-    reason. noise: of a cost. check: Row that gives the error of the reference, such as that at half
-    its step.
-    """
-
-    scene: Scene
-    judge: Judge
-    rows: tuple[Row, ...]
-    seeds: tuple[ObservableValues, ...]
-    check: Row
-    numerical: Row | None
-    anything: Row | None
-    left_out: dict[str, str]
-    noise: float
+REPEATED_DEFAULT = Variant("default again", "default", repeats=True)
 
 
 class TradeStudy(StagedStudy):
@@ -59,26 +44,36 @@ class TradeStudy(StagedStudy):
 
     timed = True  # costs are those of this code
 
-    def __init__(self, scene, directory, plan, *, threads=1, log=lambda text: None):
+    def __init__(
+        self,
+        scene: Scene,
+        directory: Path,
+        plan: TradePlan,
+        *,
+        threads: int | str = 1,
+        log: Callable[[str], None] = lambda text: None,
+    ) -> None:
         self.user_scene, self.scene, self.plan = scene, make_base_scene(scene, threads), plan
         self.directory, self.log = Path(directory), log
-        self.trade, self._points = None, {}  # text of a scene -> its run
+        self.trade: Trade | None = None
+        self._points: dict[str, Point] = {}  # text of a scene -> its run
 
     @property
-    def file(self):
+    def file(self) -> Path:
         """File of the dataset."""
         return self.directory / "trade.nc"
 
-    def stages(self):
+    def stages(self) -> Stages[None]:
         """The stages of `measure_trade`."""
         self.trade = yield from measure_trade(self.scene, self.run, self.plan, log=self.log)
 
-    def run(self, variants):
+    def run(self, variants: Sequence[Variant]) -> Stages[list[Row]]:
         """Stage that runs variants, and returns their Rows. Equal scenes run once."""
-        points, refusals = {}, {}
+        points: dict[str, Point] = {}
+        refusals: dict[str, Row] = {}
         for variant in variants:
             try:
-                scene = change_scene(self.scene, variant.changes)
+                scene = cast(Scene, change_scene(self.scene, variant.changes))
             except DustError as error:
                 refusals[variant.label] = Row(variant, 2, _join_lines(error))
             else:
@@ -89,23 +84,23 @@ class TradeStudy(StagedStudy):
             for variant in variants
         ]
 
-    def _find_point(self, variant, scene):
+    def _find_point(self, variant: Variant, scene: Scene) -> Point:
         """Point of the first variant with an equal scene."""
         text = variant.label if variant.repeats else scene.to_yaml()
         if text not in self._points:
-            label = re.sub(r"[^\w.+,=-]+", "_", variant.label)[:LONGEST]
-            self._points[text] = Point.of(scene, self.directory, label, snapshots=True)
+            label = re.sub(r"[^\w.+,=-]+", "_", variant.label)[:LONGEST_NAME]
+            self._points[text] = Point.from_changes(scene, self.directory, label, snapshots=True)
         return self._points[text]
 
-    def _make_row(self, variant, point):
+    def _make_row(self, variant: Variant, point: Point) -> Row:
         """The Row of a variant, with its cost over that of the default."""
         result, default = self.results[point.label], self.results[DEFAULT.label].cost
         if not result.ok:
             return Row(variant, result.code, _join_lines(result.text))
-        ratio = result.cost / default if default else None
+        ratio = result.cost / default if default and result.cost is not None else None
         return Row(variant, 0, cost=result.cost, ratio=ratio, **result.measured)
 
-    def measure(self, run):
+    def measure(self, run: analysis.Run) -> dict[str, Any]:
         """The numbers of a Row of a run, without its cost."""
         return {
             "status": run.status,
@@ -115,14 +110,21 @@ class TradeStudy(StagedStudy):
             "measured": observables.measure_observables(run),
         }
 
-    def dataset(self, results):
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """The dataset of the trade."""
         from dusttaichi.studies.trade_report import build_dataset
 
+        assert self.trade is not None  # all stages have run
         return build_dataset(self.trade, self.user_scene)
 
 
-def measure_trade(scene, run, plan, *, log=lambda text: None):
+def measure_trade(
+    scene: Scene,
+    run: RunVariants,
+    plan: TradePlan,
+    *,
+    log: Callable[[str], None] = lambda text: None,
+) -> Stages[Trade]:
     """Stages of a trade of a base scene (`make_base_scene`), by a TradePlan; returns the Trade.
 
     run: generator of a stage (TradeStudy.run) that runs Variants and returns their Rows. The
@@ -138,7 +140,7 @@ def measure_trade(scene, run, plan, *, log=lambda text: None):
     reference = next(row for row in rows if row.variant.label == "reference")
     _require(reference, "the reference")
     measured = [default.measured, *(row.measured for row in seed_rows if row.ok)]
-    judge = Judge.of(
+    judge = Judge.from_runs(
         reference.measured,
         check.measured if check.ok else None,
         default.measured,
@@ -146,20 +148,29 @@ def measure_trade(scene, run, plan, *, log=lambda text: None):
         tolerance=plan.tolerance,
         name=plan.observable,
     )
-    (again,) = yield from run([AGAIN])
-    noise = max(abs((again.ratio or 1.0) - 1.0), LEAST_NOISE)
+    (repeated,) = yield from run([REPEATED_DEFAULT])
+    noise = max(abs((repeated.ratio or 1.0) - 1.0), LEAST_NOISE)
     rows += yield from _combine(rows, judge, noise, run, log)
-    cheapest = [find_cheapest(rows, judge, kinds, noise) for kinds in ((NUMERICAL,), KINDS)]
     return Trade(
-        scene, judge, tuple(rows), tuple(measured), check, *cheapest, left_out, noise=noise
+        scene,
+        judge,
+        tuple(rows),
+        tuple(measured),
+        check,
+        numerical=find_cheapest(rows, judge, (NUMERICAL,), noise),
+        anything=find_cheapest(rows, judge, KINDS, noise),
+        left_out=left_out,
+        noise=noise,
     )
 
 
-def _combine(rows, judge, noise, run, log):
+def _combine(
+    rows: list[Row], judge: Judge, noise: float, run: RunVariants, log: Callable[[str], None]
+) -> Stages[list[Row]]:
     """Stages of the combinations, whose Rows it returns; the default is the first of `rows`."""
     singles, start = [row for row in rows if row.variant.parameter in NAMES], None
     largest_error = None if judge.accepts(rows[0]) else judge.error(rows[0]) + judge.tolerance
-    combinations = []
+    combinations: list[Row] = []
     for kinds in ((NUMERICAL,), KINDS[1:]):
         candidates = [row for row in singles if row.variant.kind in kinds]
         if largest_error is not None and start is None:
@@ -172,17 +183,17 @@ def _combine(rows, judge, noise, run, log):
         offers = rank_offers(candidates, judge, noise, largest_error)
         if offers:
             log(f"combining {', '.join(levels[0].variant.parameter for levels in offers)}")
-        more, start = yield from combine_offers(start, offers, run, judge)
-        combinations += more
+        rows_of_kinds, start = yield from combine_offers(start, offers, run, judge)
+        combinations += rows_of_kinds
     return combinations
 
 
-def _require(row, description):
+def _require(row: Row, description: str) -> None:
     if not row.ok:
         raise DustError(f"{description} does not run, and nothing can be compared: {row.status}")
     if row.ratio is None:
         raise DustError(f"{description} computes no steps ({row.status}): no cost to compare")
 
 
-def _join_lines(text):
+def _join_lines(text: object) -> str:
     return " ".join(str(text).split())

@@ -1,7 +1,11 @@
 """Assessment of the errors of a trade, and combination of the changes that pay within them."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from dusttaichi.analysis.observables import (
     CURVE,
@@ -11,9 +15,14 @@ from dusttaichi.analysis.observables import (
 )
 from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, Variant
+from dusttaichi.scene import Scene
+from dusttaichi.studies.study import StudyPoint
 
 ATTEMPTS = 2  # levels of a parameter that are tried in a combination
 LEAST_ERROR = 1e-6  # denominator of a gain over its error
+Result = TypeVar("Result")
+# generator of the points of its stages, which returns a result
+Stages = Generator[Sequence[StudyPoint], None, Result]
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,7 @@ class Row:
     measured: ObservableValues = field(default_factory=lambda: ObservableValues({}))
 
     @property
-    def ok(self):
+    def ok(self) -> bool:
         """True where the run ended regularly."""
         return self.code == 0
 
@@ -50,14 +59,23 @@ class Judge:
     where unknown. tolerance: largest accepted error.
     """
 
-    reference: object
+    reference: ObservableValues
     name: str
-    scatter: dict
-    convergence: dict
+    scatter: dict[str, float]
+    convergence: dict[str, float]
     tolerance: float
 
     @classmethod
-    def of(cls, reference, check, default, seeds, *, tolerance, name=None):
+    def from_runs(
+        cls,
+        reference: ObservableValues,
+        check: ObservableValues | None,
+        default: ObservableValues,
+        seeds: Sequence[ObservableValues],
+        *,
+        tolerance: float,
+        name: str | None = None,
+    ) -> Judge:
         """The Judge of the ObservableValues of a reference.
 
         check: of the check of the reference, or None. seeds: of the default with each seed.
@@ -85,29 +103,30 @@ class Judge:
         return cls(reference, name, measure_scatter(seeds, reference), convergence, tolerance)
 
     @property
-    def floor(self):
+    def floor(self) -> float:
         """Error that is not significant: the scatter, without seeds the convergence."""
         scatter = self.scatter[self.name]
         return scatter if math.isfinite(scatter) else self.convergence[self.name]
 
     @property
-    def converged(self):
+    def converged(self) -> bool:
         """True where the error of the reference is below a third of the tolerance."""
         return self.convergence[self.name] < self.tolerance / 3.0
 
-    def errors(self, row):
+    def errors(self, row: Row) -> dict[str, tuple[float, float]]:
         """observable -> (value, error) of a Row."""
-        return compute_differences(row.measured, self.reference)
+        errors: dict[str, tuple[float, float]] = compute_differences(row.measured, self.reference)
+        return errors
 
-    def error(self, row):
+    def error(self, row: Row) -> float:
         """Error of the decisive observable."""
         return self.errors(row)[self.name][1]
 
-    def is_free(self, row):
+    def is_free(self, row: Row) -> bool:
         """True where the error is below the floor."""
         return self.error(row) < self.floor
 
-    def accepts(self, row):
+    def accepts(self, row: Row) -> bool:
         """True for a Row within the tolerance or, of a numerical parameter, within the scatter.
 
         Errors of the numerics below the scatter give another sample of the same distribution; a
@@ -119,43 +138,79 @@ class Judge:
         return hidden or self.error(row) <= self.tolerance
 
 
-def refuse_unknown(name, names):
+# runs Variants, and returns their Rows
+RunVariants = Callable[[Sequence[Variant]], Stages[list[Row]]]
+
+
+@dataclass(frozen=True)
+class Trade:
+    """Result of a trade.
+
+    rows: default first, then presets (that of the reference last), single changes, combinations.
+    seeds: ObservableValues of the default with each seed, its own first. numerical, anything:
+    cheapest accepted Row of numerical parameters, and of all, or None. left_out: parameter ->
+    reason. noise: of a cost. check: Row that gives the error of the reference, such as that at half
+    its step.
+    """
+
+    scene: Scene
+    judge: Judge
+    rows: tuple[Row, ...]
+    seeds: tuple[ObservableValues, ...]
+    check: Row
+    numerical: Row | None
+    anything: Row | None
+    left_out: dict[str, str]
+    noise: float
+
+
+def refuse_unknown(name: str | None, names: Sequence[str]) -> None:
     """Refuse the name of an observable that is not among these. Raises DustError."""
     if name is not None and name not in names:
         allowed = f"allowed: {', '.join(names)}" if names else "it has none"
         raise DustError(f"--observable {name}: the scene has no such number; {allowed}")
 
 
-def _saves(row, noise):
+def _get_ratio(row: Row) -> float:
+    return math.nan if row.ratio is None else row.ratio
+
+
+def _saves(row: Row, noise: float) -> bool:
     """True for a row that is cheaper than the default beyond the noise."""
     return row.ratio is not None and row.ratio < 1.0 - noise
 
 
-def rank_offers(rows, judge, noise, largest_error=None):
+def rank_offers(
+    rows: Iterable[Row], judge: Judge, noise: float, largest_error: float | None = None
+) -> list[list[Row]]:
     """Rows that are cheaper at an accepted error: a list for each parameter, cheapest first.
 
     The lists are sorted by the saving of their cheapest level over its error. largest_error: where
     the error of the default is too large, that of a row for combination with an accepted one.
     """
-    offers = {}
-    for row in sorted((row for row in rows if _saves(row, noise)), key=lambda row: row.ratio):
+    offers: dict[str, list[Row]] = {}
+    for row in sorted((row for row in rows if _saves(row, noise)), key=_get_ratio):
         if judge.accepts(row) if largest_error is None else judge.error(row) <= largest_error:
             offers.setdefault(row.variant.parameter, []).append(row)
 
-    def compute_gain(levels):
-        return (1.0 - levels[0].ratio) / max(judge.error(levels[0]), LEAST_ERROR)
+    def compute_gain(levels: list[Row]) -> float:
+        return (1.0 - _get_ratio(levels[0])) / max(judge.error(levels[0]), LEAST_ERROR)
 
     return sorted(offers.values(), key=compute_gain, reverse=True)
 
 
-def combine_variants(first, second):
+def combine_variants(first: Variant, second: Variant) -> Variant:
     """The Variant with the changes of both."""
-    kind = max(first.kind, second.kind, key=KINDS.index)
+    combined_kind = max(first.kind, second.kind, key=KINDS.index)
     label = f"{first.label} + {second.label}"
-    return Variant(label, "combined", label, kind=kind, changes=first.changes | second.changes)
+    return Variant(
+        label, "combined", label, kind=combined_kind, changes=first.changes | second.changes
+    )
 
 
-def combine_offers(start, offers, run, judge):
+def combine_offers(
+    start: Row | None, offers: Sequence[Sequence[Row]], run: RunVariants, judge: Judge
+) -> Stages[tuple[list[Row], Row | None]]:
     """Stages of combinations; returns (Rows of all of them, last accepted Row).
 
     start: a Row, None for the default. offers: of `rank_offers`. run: generator of a stage that
@@ -163,7 +218,7 @@ def combine_offers(start, offers, run, judge):
     A combination with a level is accepted where it is cheaper than without the level, at an
     accepted error; else the next cheapest level of the parameter is tried.
     """
-    accepted, combinations = start, []
+    accepted, combinations = start, list[Row]()
     for levels in offers:
         for level in levels[:ATTEMPTS]:
             if accepted is None:  # the single change has been run
@@ -171,14 +226,16 @@ def combine_offers(start, offers, run, judge):
                 break
             (row,) = yield from run([combine_variants(accepted.variant, level.variant)])
             combinations.append(row)
-            is_cheaper = row.ratio is not None and row.ratio < accepted.ratio
+            is_cheaper = row.ratio is not None and row.ratio < _get_ratio(accepted)
             if is_cheaper and judge.accepts(row):
                 accepted = row
                 break
     return combinations, accepted
 
 
-def find_cheapest(rows, judge, kinds, noise):
+def find_cheapest(
+    rows: Iterable[Row], judge: Judge, kinds: Sequence[str], noise: float
+) -> Row | None:
     """The cheapest accepted Row of these kinds, or None.
 
     It is the default where that is accepted and none is cheaper by more than the noise of a cost.
@@ -191,4 +248,4 @@ def find_cheapest(rows, judge, kinds, noise):
     default = [row for row in accepted if row.variant.parameter == "default"]
     if default:
         accepted = [row for row in accepted if _saves(row, noise)] or default
-    return min(accepted, key=lambda row: row.ratio, default=None)
+    return min(accepted, key=_get_ratio, default=None)

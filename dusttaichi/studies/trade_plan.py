@@ -1,14 +1,17 @@
 """Plan of a trade: which parameters at which levels, from which scene, with which seeds."""
 
+from __future__ import annotations
+
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.method.variants import SAMPLE, Variant, change_scene, list_stage_paths
-from dusttaichi.scene import quantities
-from dusttaichi.studies.settings import keys_of
+from dusttaichi.method.variants import SAMPLE, Parameters, Variant, change_scene, list_stage_paths
+from dusttaichi.scene import Scene, quantities
+from dusttaichi.studies.settings import find_keys
 
 QUICK_LEVELS = 3  # of a parameter
 QUICK_SEEDS, SEEDS = 2, 4
@@ -16,9 +19,9 @@ ALL_METHODS = [method.attribute(each.trade_parameters) for each in method.METHOD
 NAMES = tuple(row.name for parameters in ALL_METHODS if parameters for row in parameters.parameters)
 
 
-def find_parameters(scene):
+def find_parameters(scene: Scene) -> Parameters:
     """The Parameters of the method of a scene. Raises DustError where it has none."""
-    parameters = method.attribute(method.find_method(scene).trade_parameters)
+    parameters: Parameters | None = method.attribute(method.find_method(scene).trade_parameters)
     if parameters is None:
         raise DustError(f"method: {scene.method} has no parameters for dust trade")
     return parameters
@@ -39,7 +42,9 @@ class TradePlan:
     tolerance: float = 0.05
     observable: str | None = None
 
-    def list_variants(self, scene):
+    def list_variants(
+        self, scene: Scene
+    ) -> tuple[list[Variant], Variant, list[Variant], dict[str, str]]:
         """(presets and single changes, check of the reference, seeds, left out) of a scene."""
         parameters = find_parameters(scene)
         singles, left_out = list_single_changes(scene, self.names, self.quick)
@@ -47,7 +52,7 @@ class TradePlan:
         return [*parameters.presets(scene), *singles], parameters.check(scene), seeds, left_out
 
 
-def make_base_scene(scene, threads=1):
+def make_base_scene(scene: Scene, threads: int | str = 1) -> Scene:
     """The scene before the changes: one run, with a time in place of a number of steps.
 
     threads: of each run, by default one, so that costs do not contain what is shared among several.
@@ -79,7 +84,9 @@ def make_base_scene(scene, threads=1):
     return scene.with_data(data)
 
 
-def list_single_changes(scene, names=NAMES, quick=False):
+def list_single_changes(
+    scene: Scene, names: tuple[str, ...] = NAMES, quick: bool = False
+) -> tuple[list[Variant], dict[str, str]]:
     """(Variants, left out: parameter -> reason) of a base scene: every level but its own.
 
     quick: at most three levels of a parameter, the first and the last among them. Raises DustError
@@ -93,7 +100,8 @@ def list_single_changes(scene, names=NAMES, quick=False):
             f"--parameters {', '.join(names)}: no parameter of method: {scene.method}; allowed: "
             f"{', '.join(allowed)}"
         )
-    variants, left_out = [], dict.fromkeys(foreign, f"no parameter of method: {scene.method}")
+    variants: list[Variant] = []
+    left_out = dict.fromkeys(foreign, f"no parameter of method: {scene.method}")
     for parameter in parameters:
         if (name := parameter.name) not in names:
             continue
@@ -114,7 +122,7 @@ def list_single_changes(scene, names=NAMES, quick=False):
     return variants, left_out
 
 
-def _is_base(scene, changes):
+def _is_base(scene: Scene, changes: dict[str, Any]) -> bool:
     """True where the changes leave the scene unchanged."""
     try:
         return change_scene(scene, changes) == scene
@@ -122,20 +130,20 @@ def _is_base(scene, changes):
         return False
 
 
-def _read_number(text):
+def _read_number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
         return math.nan
 
 
-def list_seeds(scene, count):
+def list_seeds(scene: Scene, count: int) -> list[Variant]:
     """Variants with further seeds, `count` with that of the scene; [] for a sample without seeds.
 
     They add a number to every seed of the sample that has an effect: among the lattices of the
     continuum only a glass is random.
     """
-    blocks = keys_of({"sample": scene.sample.model_dump(mode="json")}, "seed")
+    blocks = find_keys({"sample": scene.plain["sample"]}, "seed")
     seeds = {
         ".".join(path): block["seed"]
         for path, block in blocks
@@ -148,7 +156,7 @@ def list_seeds(scene, count):
     ]  # fmt: skip
 
 
-def parse_names(text):
+def parse_names(text: str | None) -> tuple[str, ...]:
     """Names of parameters in a text such as "skin,speed"; None: all. Raises DustError."""
     if text is None:
         return NAMES
@@ -162,7 +170,7 @@ def parse_names(text):
     return tuple(name for name in NAMES if name in names)
 
 
-def parse_tolerance(text):
+def parse_tolerance(text: str) -> float:
     """A share from "5%", "5 %" or "0.05". Raises DustError."""
     match = re.fullmatch(r"\s*([\d.eE+-]+)\s*(%?)\s*", text)
     value = _read_number(match[1]) / (100.0 if match[2] else 1.0) if match else 0.0

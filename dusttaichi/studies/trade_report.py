@@ -1,6 +1,10 @@
 """Report of a trade: its dataset, and the rows and sentences of the command."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterable
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -9,9 +13,12 @@ import yaml
 from dusttaichi.analysis.observables import describe_observable
 from dusttaichi.method.variants import change_scene
 from dusttaichi.results.provenance import describe_study
+from dusttaichi.scene import Scene
+from dusttaichi.studies.trade_judge import Judge, Row, Trade
 
+Read = Callable[[Row, Judge], Any]
 # variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
-POINTS = {
+POINTS: dict[str, tuple[str, str | None, Read]] = {
     "parameter": ("the varied parameter, or default, preset, combined", None,
                   lambda row, judge: row.variant.parameter),
     "label": ("the point", None, lambda row, judge: row.variant.label),
@@ -30,7 +37,7 @@ POINTS = {
     "steps": ("time steps", "1", lambda row, judge: row.steps),
     "time_step": ("time step", "s", lambda row, judge: row.time_step),
 }  # fmt: skip
-FLAGS = {
+FLAGS: dict[str, tuple[str, Read]] = {
     "free": ("the error is below the scatter of seeds (without seeds: the reference's own)",
              lambda row, judge: judge.is_free(row)),
     "accepted": ("the error is within the tolerance, or free where the kind is numerical",
@@ -38,7 +45,7 @@ FLAGS = {
 }  # fmt: skip
 
 
-def build_dataset(trade, user_scene):
+def build_dataset(trade: Trade, user_scene: Scene) -> xr.Dataset:
     """The xr.Dataset of a Trade. user_scene: as the user wrote it."""
     rows, judge = trade.rows, trade.judge
     errors_by_row = [judge.errors(row) for row in rows]
@@ -46,7 +53,15 @@ def build_dataset(trade, user_scene):
     data = xr.Dataset(attrs=_collect_attributes(trade, user_scene))
     data = data.assign_coords(observable=names)
 
-    def put(name, dimension, values, text, units=None, *, dtype=float):
+    def put(
+        name: str,
+        dimension: str,
+        values: Iterable[Any],
+        text: str,
+        units: str | None = None,
+        *,
+        dtype: type = float,
+    ) -> None:
         attributes = {"long_name": text} if units is None else {"units": units, "long_name": text}
         values = [math.nan if value is None else value for value in values]
         data[name] = (dimension, np.array(values, dtype=dtype), attributes)
@@ -74,7 +89,7 @@ def build_dataset(trade, user_scene):
     return data
 
 
-def _collect_attributes(trade, user_scene):
+def _collect_attributes(trade: Trade, user_scene: Scene) -> dict[str, Any]:
     """Global attributes of the dataset."""
     best = {"cheapest_numerical": trade.numerical, "cheapest": trade.anything}
     labels = {name: None if row is None else row.variant.label for name, row in best.items()}
@@ -92,14 +107,15 @@ def _collect_attributes(trade, user_scene):
     )
 
 
-def write_yaml(trade, row, user_scene):
+def write_yaml(trade: Trade, row: Row | None, user_scene: Scene) -> str:
     """YAML text to paste for a Row: all blocks of the scene with a change, in full.
 
     "" for the default and for None. user_scene: its threads stay.
     """
     if row is None or not row.variant.changes:
         return ""
-    changed_blocks = change_scene(trade.scene, row.variant.changes).input_data
+    changed_scene = cast(Scene, change_scene(trade.scene, row.variant.changes))
+    changed_blocks = changed_scene.input_data
     if "threads" not in (user_scene.input_data.get("numerics") or {}):
         changed_blocks["numerics"].pop("threads", None)
     blocks = dict.fromkeys(path.split(".")[0] for path in row.variant.changes)
@@ -110,10 +126,10 @@ def write_yaml(trade, row, user_scene):
         allow_unicode=True,
         width=90,
     )
-    return text.rstrip()
+    return str(text).rstrip()
 
 
-def format_percent(value):
+def format_percent(value: float) -> str:
     """A share as text, such as "2.5 %"; "-" for nan."""
     if not math.isfinite(value):
         return "-"
@@ -122,7 +138,7 @@ def format_percent(value):
     return f"{100 * value:.2g} %"
 
 
-HEADINGS = tuple(
+HEADINGS: tuple[dict[str, Any], ...] = tuple(
     {"header": header, "justify": justify, "no_wrap": header != "point"}
     for header, justify in (
         ("point", "left"),
@@ -136,11 +152,13 @@ HEADINGS = tuple(
 )
 
 
-def build_table(trade):
+def build_table(
+    trade: Trade,
+) -> tuple[str, tuple[dict[str, Any], ...], list[tuple[str, ...]]]:
     """Title, headings and rows of text for all points that ran."""
     judge = trade.judge
     title = f"{trade.scene.name}: cost against error of the {describe_observable(judge.name)[0]}"
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for row in (row for row in trade.rows if row.ok):
         worth = ["free"] * judge.is_free(row) + ["too large"] * (not judge.accepts(row))
         cost = f"{row.ratio:.2f}", f"{row.cost:.3g}"
@@ -149,7 +167,7 @@ def build_table(trade):
     return title, HEADINGS, rows
 
 
-def list_remarks(trade):
+def list_remarks(trade: Trade) -> list[str]:
     """Lines on the points that did not run, and on the accuracy of the numbers."""
     judge, name = trade.judge, trade.judge.name
     convergence, scatter = judge.convergence[name], judge.scatter[name]
@@ -178,7 +196,7 @@ def list_remarks(trade):
     return lines + [f"not varied: {name} ({reason})" for name, reason in trade.left_out.items()]
 
 
-def list_advice(trade, user_scene):
+def list_advice(trade: Trade, user_scene: Scene) -> list[tuple[str, str]]:
     """(heading, YAML text) of the cheapest settings. user_scene: as the user wrote it."""
     headings_and_texts, judge = [], trade.judge
     least = "the change of the reference"

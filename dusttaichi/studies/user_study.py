@@ -13,17 +13,17 @@ import xarray as xr
 from dusttaichi import analysis
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene, shipped
-from dusttaichi.studies.engine import PointResult, StagedStudy
 from dusttaichi.studies.points import Point
+from dusttaichi.studies.study import PointResult, StagedStudy
 
-NAME = "Study"  # of the class in the file
+STUDY_CLASS = "Study"  # of the class in the file
 
 
 class UserStudy(StagedStudy):
     """Base class of a study in a file, whose class `Study` says which points it wants.
 
     It has a method `points`, (label -> result) -> list of all points that are wanted so far,
-    which is called until all are found; or a generator `stages` (engine.StagedStudy), which yields
+    which is called until all are found; or a generator `stages` (study.StagedStudy), which yields
     the points of each stage and then reads their results in `self.results`.
 
     Attributes
@@ -49,8 +49,8 @@ class UserStudy(StagedStudy):
     def point(
         self, label: str, changes: Mapping[str, Any] | None = None, *, seed: int = 0
     ) -> Point:
-        """The scene with changes as a run, see `points.Point.of`."""
-        return Point.of(self.scene, self.directory, label, changes, seed=seed)
+        """The scene with changes as a run, see `points.Point.from_changes`."""
+        return Point.from_changes(self.scene, self.directory, label, changes, seed=seed)
 
     def measure(self, run: analysis.Run) -> Mapping[str, float]:
         """Numbers of a finished run, by default those of its table."""
@@ -61,7 +61,7 @@ class UserStudy(StagedStudy):
         """The numbers over `point`, NaN where a run failed, with labels and status."""
         point_results = list(results.values())
         names = dict.fromkeys(name for result in point_results for name in result.measured or ())
-        columns = {
+        columns: dict[str, tuple[str, Any]] = {
             name: ("point", [(result.measured or {}).get(name, np.nan) for result in point_results])
             for name in names
         }
@@ -84,10 +84,10 @@ def load_study(path: Path, scene: Scene, directory: Path) -> UserStudy:
     file = path if path.is_file() else shipped.find_extension(path)
     if file is None:
         raise DustError(f"{path}: there is no such file; a study is a Python file")
-    study_class = runpy.run_path(str(file)).get(NAME)
+    study_class = runpy.run_path(str(file)).get(STUDY_CLASS)
     if not (isinstance(study_class, type) and issubclass(study_class, UserStudy)):
         raise DustError(
-            f"{path} has no class {NAME} that is a dusttaichi.studies.user_study.UserStudy; "
+            f"{path} has no class {STUDY_CLASS} that is a dusttaichi.studies.user_study.UserStudy; "
             "docs/extending.md has an example"
         )
     return study_class(scene, directory)

@@ -1,9 +1,11 @@
 """Verdict on a computation with extreme numbers, for the map of extremes and the tortures."""
 
 import traceback
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dusttaichi.errors import DustError, GuardStop
 
@@ -19,7 +21,7 @@ class Verdict:
     details: str = ""
 
 
-def judge(compute) -> Verdict:
+def judge(compute: Callable[[], str]) -> Verdict:
     """Verdict on compute(), which returns what is wrong with its numbers, or "".
 
     It is refused by a DustError and stopped by a guard; any other error is WRONG, as numbers are.
@@ -38,7 +40,7 @@ def judge(compute) -> Verdict:
     return Verdict(WRONG, problem) if problem else Verdict(STABLE)
 
 
-def name_infinite(arrays) -> str:
+def name_infinite(arrays: Mapping[str, ArrayLike]) -> str:
     """Sentence that names the arrays (name -> values) with numbers that are not finite, or ""."""
     names = [name for name, values in arrays.items() if not np.isfinite(values).all()]
     return f"not a number in {', '.join(names)}" if names else ""

@@ -12,60 +12,62 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from typing import Any, TextIO
 
 from dusttaichi.compute.collector import collect_seldom
 from dusttaichi.errors import DustError, StartError
 
-REPORT_EVERY = 0.5  # s between two reports of progress
-GRACE = 100.0  # s for an interrupted task to write its checkpoint
-AGAIN = 10.0  # s until the next interruption: one inside Taichi may get lost
+REPORT_INTERVAL = 0.5  # s between two reports of progress
+CHECKPOINT_TIME = 100.0  # s for an interrupted task to write its checkpoint
+INTERRUPT_INTERVAL = 10.0  # s until the next interruption: one inside Taichi may get lost
 
 
 class Parent:
     """The parent process, for a task."""
 
-    def __init__(self, write):
+    def __init__(self, write: Callable[[dict[str, Any]], None]) -> None:
         self._write = write
-        self._reported = -REPORT_EVERY
+        self._reported = -REPORT_INTERVAL
 
-    def report(self, **found):
+    def report(self, **values: Any) -> None:
         """Report values of JSON."""
-        self._write({"report": found})
+        self._write({"report": values})
 
-    def progress(self, **found):
-        """Report, at most once in REPORT_EVERY."""
-        now = time.monotonic()
-        if now - self._reported >= REPORT_EVERY:
-            self._reported = now
-            self.report(**found)
+    def progress(self, **values: Any) -> None:
+        """Report, at most once in REPORT_INTERVAL."""
+        time_now = time.monotonic()
+        if time_now - self._reported >= REPORT_INTERVAL:
+            self._reported = time_now
+            self.report(**values)
 
 
 class Child:
     """Answers requests from the standard input until that ends."""
 
-    def __init__(self, task, answers):
-        self._name, self._answers = task, answers
-        self._lines, self._lock = queue.Queue(), threading.Lock()
-        self._busy = self._ended = False
+    def __init__(self, task: str, answers: TextIO) -> None:
+        self._name, self._answers, self._lock = task, answers, threading.Lock()
+        self._lines: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self._busy = self._input_ended = False
         self._parent = Parent(self._write)
         threading.Thread(target=self._read, daemon=True).start()
 
-    def serve(self):
+    def serve(self) -> None:
         """Answer all requests."""
-        while not self._ended:
+        while not self._input_ended:
             message = self._lines.get()
             with self._lock:
-                if message is None or self._ended:
+                if message is None or self._input_ended:
                     return
                 self._busy = True
             self._write(self._answer(message["request"]))
 
-    def _answer(self, request):
+    def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
         try:
             module, _, function = self._name.partition(":")
             task = getattr(importlib.import_module(module), function)
-            answer = {"code": 0, "text": "", "found": task(self._parent, **request)}
+            answer = {"code": 0, "text": "", "values": task(self._parent, **request)}
         except DustError as error:
             answer = {"code": error.exit_code, "text": str(error)}
             answer["startable"] = not isinstance(error, StartError)
@@ -75,32 +77,32 @@ class Child:
             self._busy = False
         return answer
 
-    def _write(self, message):
+    def _write(self, message: dict[str, Any]) -> None:
         # a task without a parent still writes its checkpoint
         with suppress(BrokenPipeError):
             print(json.dumps(message), file=self._answers, flush=True)
 
-    def _read(self):
+    def _read(self) -> None:
         """Read the lines of the input; interrupt the task at its end."""
-        rest = b""
+        unfinished_line = b""
         # not sys.stdin, which would be locked when the interpreter ends
         while chunk := os.read(0, 1 << 16):
-            *lines, rest = (rest + chunk).split(b"\n")
+            *lines, unfinished_line = (unfinished_line + chunk).split(b"\n")
             for line in lines:
                 self._lines.put(json.loads(line))
-        end = time.monotonic() + GRACE
+        end = time.monotonic() + CHECKPOINT_TIME
         while time.monotonic() < end:
             with self._lock:
-                self._ended = True
+                self._input_ended = True
                 if not self._busy:
                     self._lines.put(None)
                     return
                 os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(AGAIN)
+            time.sleep(INTERRUPT_INTERVAL)
         os._exit(130)
 
 
-def main():
+def main() -> None:
     """Entry point of the process."""
     collect_seldom()
     # output of libraries must not come between the answers

@@ -19,7 +19,7 @@ class InProcess:
     def __exit__(self, *_):
         pass
 
-    def ask(self, do, **arguments):
+    def call(self, do, **arguments):
         if do == "sample":
             return size_task.answer(None, do=do, **arguments)
         if do == "command" and arguments["phase"] == "report":

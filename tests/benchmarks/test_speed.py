@@ -214,8 +214,8 @@ class Here:
     def __init__(self, task, *, kernels):
         assert task == "dusttaichi.studies.bench:answer" and kernels is None
 
-    def ask(self, request):
-        return Answer(0, found=bench.answer(None, **request))
+    def call(self, request):
+        return Answer(0, values=bench.answer(None, **request))
 
     def close(self):
         bench._state.clear()
@@ -263,7 +263,7 @@ def test_text_of_dust_bench(monkeypatch):
 def test_a_process_that_fails_is_an_error():
     with bench.Timed("dusttaichi.studies.bench:answer") as process:
         with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
-            process.ask("no_such_command")
+            process.call("no_such_command")
 
 
 @pytest.mark.parametrize("bits, extension", [(128, 512), (256, 512), (512, 512), (128, None)])

@@ -23,7 +23,7 @@ from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.running.progress import ProgressBar
 from dusttaichi.scene import shipped
-from dusttaichi.studies.settings import with_common_settings
+from dusttaichi.studies.settings import apply_common_settings
 from dusttaichi.studies.sweep import sweep
 
 SMOKE = CONFIGS / "smoke.yaml"
@@ -175,7 +175,7 @@ def test_name_and_replicas_on_the_command_line(tmp_path):
     one = options.load_scene(SMOKE, settings=["name=other", "replicas=3"])
     assert one.name == "other" and one.replicas == 3
     assert one.output.directory == Path("runs/other")
-    scene, swept = with_common_settings(one, ["replicas=2", "stop.steps=5,6"])
+    scene, swept = apply_common_settings(one, ["replicas=2", "stop.steps=5,6"])
     plan = sweep(scene, swept, tmp_path)
     assert len(plan.members) == 4
     assert {key: [v.value for v in values] for key, values in swept.items()} == {

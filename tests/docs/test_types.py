@@ -58,6 +58,10 @@ def test_subpackages_are_strictly_typed(tmp_path):
     options += ["--disable-error-code=import-untyped", "--allow-subclassing-any"]
     output, errors, failed = api.run([*options, *(str(PACKAGE / folder) for folder in STRICT)])
     assert not failed, output + errors
+    # studies call functions of the grains and of plots, which have no types yet
+    files = [str(file) for file in (PACKAGE / "studies").glob("[!c]*.py")]  # but collide*.py
+    output, errors, failed = api.run([*options, "--allow-untyped-calls", *files])
+    assert not failed, output + errors
 
 
 def test_the_package_says_that_it_is_typed():

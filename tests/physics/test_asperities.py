@@ -24,7 +24,7 @@ from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
 from dusttaichi.studies import engine, user_study
-from dusttaichi.studies.engine import PointResult
+from dusttaichi.studies.study import PointResult
 
 MASS, INERTIA = ref.mass_and_inertia()
 YIELD, VOLUME = 11e9, 0.01e-9

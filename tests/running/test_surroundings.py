@@ -142,9 +142,10 @@ def hostile(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("inside", (False, True))
 def test_a_worker(hostile, inside):
-    request = {"scene": "x: 1", "directory": "run", "mode": "new"} | {"timed": False, "how": {}}
+    request = {"scene": "x: 1", "directory": "run", "mode": "new"} | {"timed": False}
+    request["execute_options"] = {}
     with Worker("dusttaichi.studies.jobs:run", folder=hostile if inside else None) as worker:
-        answer = worker.ask(request)
+        answer = worker.call(request)
     assert answer.code == 2 and "material: it is missing" in answer.text
 
 
@@ -152,7 +153,7 @@ def test_processes_of_another_package_of_joinings_and_of_a_page(hostile, tmp_pat
     """It is taken from where this process has it, and so are the modules below it."""
     assert benchmarks.__path__
     with Worker("benchmarks.task:answer", folder=hostile) as worker:
-        answer = worker.ask({"do": "no_such_command"})
+        answer = worker.call({"do": "no_such_command"})
     assert answer.text.endswith("'Benchmark' object has no attribute 'no_such_command'")
     toy.with_parts(True)
     toy.prepare()

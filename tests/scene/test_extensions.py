@@ -22,8 +22,8 @@ from dusttaichi.running.identity import code_hash
 from dusttaichi.samples import sample_registry
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
-from dusttaichi.studies.engine import Shelf
-from dusttaichi.studies.settings import input_files
+from dusttaichi.studies.result_store import ResultStore
+from dusttaichi.studies.settings import list_input_files
 from dusttaichi.studies.sweep import replicas, sweep
 
 ROLLING = "{rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}"
@@ -202,7 +202,7 @@ def test_paths_are_found_from_anywhere(folder, monkeypatch):
 def test_a_cluster_is_sent_the_file(folder, monkeypatch):
     monkeypatch.chdir(folder)
     plan = replicas(from_yaml(LAW + "replicas: 1\n", folder), folder / "runs")
-    assert input_files(plan.members[0].scene) == ["rolling_with_speed.py"]
+    assert list_input_files(plan.members[0].scene) == ["rolling_with_speed.py"]
 
 
 def test_the_schema_has_what_a_file_registers(folder):
@@ -292,12 +292,12 @@ def test_members_of_another_file_do_not_count(folder, monkeypatch):
 
     with (folder / "spring.py").open("a") as file:
         file.write("# changed\n")
-    shelf = Shelf(force=False, resume=True, timed=False)
-    assert member.mode(shelf) is None
+    store = ResultStore(force=False, resume=True, timed=False)
+    assert member.choose_mode(store) is None
     change(folder / "spring.py")
     anew = sweep(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
     (member,) = anew.members
-    assert member.mode(shelf) == "resume"
+    assert member.choose_mode(store) == "resume"
     with pytest.raises(DustError, match="spring.py differs"):
         execute(member.scene, member.directory, resume=True)
 

@@ -164,7 +164,7 @@ class Slow(Spring):
 
 method.register(replace(METHOD, build=Slow))
 """  # an extension of a scene that takes its time
-PATIENCE = 120.0  # s until a sweep without its scheduler has to have ended
+CHECKPOINT_TIMEOUT = 120.0  # s until a sweep without its scheduler has to have ended
 
 
 class Cluster:
@@ -221,7 +221,7 @@ class Cluster:
 @pytest.mark.long  # half a minute; a crash on this machine: test_extremes
 def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
     """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
-    monkeypatch.setattr(pool, "CONNECT", "3 s")
+    monkeypatch.setattr(pool, "CONNECT_TIMEOUT", "3 s")
     write_spring(tmp_path, SLOW)
     (tmp_path / "scene.yaml").write_text(SCENE)
     with extensions_forgotten():
@@ -245,14 +245,14 @@ def losing(plan, folder):
             cluster.kill_worker()
             time.sleep(0.5)
             cluster.add_worker()
-            finished.wait(PATIENCE)
+            finished.wait(CHECKPOINT_TIMEOUT)
             cluster.kill_scheduler()
 
         def report(progress):
             if any(progress.running.values()) and not lost.is_set():
                 lost.set()
                 threading.Thread(target=lose, daemon=True).start()
-            if progress.done:
+            if progress.finished:
                 finished.set()
 
         results = list(engine.run(plan, scheduler=cluster.address, report=report).values())

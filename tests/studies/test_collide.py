@@ -24,7 +24,8 @@ from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.collide import Collisions
-from dusttaichi.studies.engine import PointResult
+from dusttaichi.studies.result_store import ResultStore
+from dusttaichi.studies.study import PointResult
 from dusttaichi.studies.workers import Answer
 
 BODY = {"kind": "pca", "grains": 12}
@@ -223,7 +224,7 @@ def test_bodies_that_miss_and_what_cannot_be_made():
     parent, answers = SimpleNamespace(report=lambda answered: answers.append(answered)), []
     task.run(parent, calls=calls, abreast=2, room=100)
     none, miss = sorted(answers, key=lambda answer: -answer["code"])
-    assert miss["found"]["outcome"] == "miss" and "loss" not in miss["found"]
+    assert miss["values"]["outcome"] == "miss" and "loss" not in miss["values"]
     assert none["label"] == "none" and none["code"] == 2 and "sample" in none["text"]
 
 
@@ -320,26 +321,26 @@ def test_an_interrupted_study_continues_its_checkpoints(finished_study, tmp_path
     study, answers = Collisions(load(folder / "study.yaml"), tmp_path), []
     points = {point.label: point for point in study.requests()}
 
-    def make(shelf):
+    def make(store):
         """Make the missing ones as a worker does."""
-        tasks = [p.to_task(1, shelf) for p in points.values() if p.find_answer(shelf) is None]
+        tasks = [p.to_task(1, store) for p in points.values() if p.find_answer(store) is None]
         calls = [{"label": call.label, **call.arguments} for call in tasks]
         task.run(SimpleNamespace(report=take), calls=calls, **study.side_by_side)
 
     def take(answered):
         answers.append(Answer(**{name: v for name, v in answered.items() if name != "label"}))
-        points[answered["label"]].store(answers[-1], shelf)
+        points[answered["label"]].save_answer(answers[-1], store)
         if len(answers) == 1:
             os.kill(os.getpid(), signal.SIGINT)
 
-    shelf = engine.Shelf(force=False, resume=False, timed=False)
+    store = ResultStore(force=False, resume=False, timed=False)
     with pytest.raises(KeyboardInterrupt):
-        make(shelf)
+        make(store)
     assert [answer.code for answer in answers] == [0, 0, 130, 130]  # both misses are over at once
     assert (tmp_path / "collisions.unfinished").exists()
-    shelf = engine.Shelf(force=False, resume=True, timed=False)
-    assert len(shelf.rows(study.file.with_suffix(".jsonl")).unfinished) == 2
-    make(shelf)
+    store = ResultStore(force=False, resume=True, timed=False)
+    assert len(store.open_rows(study.file.with_suffix(".jsonl")).unfinished) == 2
+    make(store)
     assert {file.name for file in tmp_path.iterdir()} == {"collisions.jsonl"}
     rows = [collision_rows(path) for path in (folder / "out", tmp_path)]
     assert rows[0].keys() == rows[1].keys()

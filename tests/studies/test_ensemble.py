@@ -17,11 +17,11 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine, pool
-from dusttaichi.studies.engine import PointResult
 from dusttaichi.studies.finish import build_failure_error
 from dusttaichi.studies.jobs import Job, Task
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.settings import input_files, with_settings
+from dusttaichi.studies.settings import apply_settings, list_input_files
+from dusttaichi.studies.study import PointResult
 from dusttaichi.studies.sweep import replicas, sweep
 
 # -- scenes --------------------------------------------------------------------------------------
@@ -66,7 +66,7 @@ def test_replicas_take_their_samples_from_those_of_another_run(tmp_path, monkeyp
     assert [m.scene.sample.file.resolve() for m in members] == folders
     members = sweep(own_scene, ["boundary.wall_speed=1cm/s,5cm/s"], tmp_path / "pull").members
     assert [m.scene.sample.file.resolve() for m in members] == 2 * folders
-    assert input_files(members[1].scene) == ["press/replica_1/result.nc"]
+    assert list_input_files(members[1].scene) == ["press/replica_1/result.nc"]
 
 
 def test_sweep_is_the_full_grid(tmp_path):
@@ -104,7 +104,7 @@ def test_values_of_a_sweep(tmp_path):
     np.testing.assert_array_equal(common.coordinate, [0.01, 0.02, 0.04])
     steps = axis("numerics.time_step=auto,0.1,2e-1ns")  # words have none
     assert steps.texts == ("auto", "0.1 ns", "2e-1ns")
-    assert with_settings(cake(), ["name=1.10"]).name == "1.10"  # a shell drops its quotes
+    assert apply_settings(cake(), ["name=1.10"]).name == "1.10"  # a shell drops its quotes
     assert axis("interaction.rolling.modifier=1,8").coordinate.tolist() == [1.0, 8.0]
     assert axis("material=silicate_s12,ice_t19").coordinate.tolist() == ["silicate_s12", "ice_t19"]
     assert axis("stop.pressure=1kPa,10kPa").unit == "Pa"  # an optional key
@@ -116,12 +116,12 @@ def test_settings_that_need_each_other(tmp_path):
     bodies = "{kind: collision, target: {kind: pair}, projectile: {kind: pair}, speed: 5 m/s}"
     collision = scene(sample=bodies, boundary="{kind: open}", stop="{time: 1 us}")
     for settings in (both, both[::-1]):
-        numerics = with_settings(collision, settings).numerics
+        numerics = apply_settings(collision, settings).numerics
         assert numerics.stiffness_scaling == 0.1 and numerics.scaling_anyway
     swept = sweep(collision, [both[0] + ",0.3", both[1]], tmp_path)
     assert [m.scene.numerics.stiffness_scaling for m in swept.members] == [0.1, 0.3]
     with pytest.raises(DustError, match="scaling_anyway: true beside it"):
-        with_settings(collision, both[:1])
+        apply_settings(collision, both[:1])
 
 
 def test_long_or_equal_names_of_points_become_numbers(tmp_path):
@@ -175,12 +175,14 @@ def test_files_of_samples_keep_one_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "a")
     given = from_yaml(data.to_yaml(), tmp_path / "a")
     (member,) = sweep(given, ["stop.steps=5"], tmp_path / "s").members
-    assert input_files(member.scene) == [os.path.join("..", "grains.csv")]
+    assert list_input_files(member.scene) == [os.path.join("..", "grains.csv")]
 
 
 def test_workers_never_exceed_the_cores(tmp_path):
     def choose_processes(scene, count, cores, remote=False):
-        return Point.of(scene, tmp_path, "one").choose_processes(count, cores, remote=remote)
+        return Point.from_changes(scene, tmp_path, "one").choose_processes(
+            count, cores, remote=remote
+        )
 
     auto, two = cake(), cake().with_value("numerics.threads", 2)
     assert choose_processes(auto, 6, 4) == (4, 1)  # a thread each
@@ -196,15 +198,13 @@ def test_workers_never_exceed_the_cores(tmp_path):
 
 
 class Stopped:
-    idle = []
-
-    def stopped(self):
+    def is_stopped(self):
         return True
 
 
 def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
     task = Task("3", "dusttaichi.studies.jobs:run", {"directory": str(tmp_path / "run")})
-    assert Job((task,)).do(Stopped(), {}) == {} and not (tmp_path / "run").exists()
+    assert Job((task,)).run(Stopped(), {}, []) == {} and not (tmp_path / "run").exists()
     plan = replicas(cake().with_value("replicas", 2), tmp_path)
     plan.members[1].directory.mkdir()
     (plan.members[1].directory / "result.nc").write_text("precious")
@@ -346,7 +346,7 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, cluster):
     address = cluster.scheduler_address
     assert address.startswith("tcp://")
     plan = sweep(from_file, ["stop.steps=50"], tmp_path / "sweep")
-    outcomes = engine.run(plan, scheduler=address, report=lambda p: heard.append(p.done))
+    outcomes = engine.run(plan, scheduler=address, report=lambda p: heard.append(p.finished))
     assert [o.code for o in outcomes.values()] == [0] and heard[-1] == 1
     run = plan.members[0].directory
     assert_same_bits(tmp_path / "alone/result.nc", run / "result.nc")
@@ -357,7 +357,7 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, cluster):
 
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
-    monkeypatch.setattr(pool, "CONNECT", "0.5 s")
+    monkeypatch.setattr(pool, "CONNECT_TIMEOUT", "0.5 s")
     plan = replicas(from_yaml(TINY + "replicas: 2\n"), tmp_path / "runs")
     with pytest.raises(DustError, match="no scheduler answers"):
         engine.run(plan, scheduler="tcp://127.0.0.1:1")

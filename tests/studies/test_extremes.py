@@ -189,7 +189,7 @@ def faulty(monkeypatch, tmp_path):
 
 
 def test_a_crash_and_a_hang_are_verdicts(faulty, monkeypatch, tmp_path):
-    monkeypatch.setattr(jobs, "STARTING", 20.0)
+    monkeypatch.setattr(jobs, "START_ALLOWANCE", 20.0)
     names = ("one", "crash", "two", "hang", "three")
     cells = [Cell("g", name, {}, time_limit=0.5, column=0) for name in names]
     monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})

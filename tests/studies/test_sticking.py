@@ -17,10 +17,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
-from dusttaichi.studies.engine import PointResult
-from dusttaichi.studies.restitution import RestitutionMap, map_rows
-from dusttaichi.studies.settings import with_settings
-from dusttaichi.studies.sticking import Collision, Search, closed_form, rows
+from dusttaichi.studies.restitution import RestitutionMap, list_map_rows
+from dusttaichi.studies.settings import apply_settings
+from dusttaichi.studies.sticking import Collision, Search, compute_closed_form, rows
+from dusttaichi.studies.study import PointResult
 
 WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, 6)
@@ -37,7 +37,7 @@ def answer_study(study):
 
 def sticking(scene, *arguments, **options):
     study = Search(scene, *arguments, **options)
-    return study.result(answer_study(study))
+    return study.build_result(answer_study(study))
 
 
 def restitution(scene, low, high, count, *arguments):
@@ -73,7 +73,7 @@ def compare(scene, tolerance):
     There e^2 is 0.02, so that 2e-3 of it is 4e-5 of the energy: a contact is found up to v dt too
     late, an error of up to 1.15 v dt/delta0, and breaks up to v_after dt too late.
     """
-    low, high = closed_form(scene) * FACTORS[[0, -1]]
+    low, high = compute_closed_form(scene) * FACTORS[[0, -1]]
     data = restitution(scene, low, high, len(FACTORS), tolerance)
     assert not data.bound.any() and data.attrs["closed_form"] == 1
     np.testing.assert_allclose(data.restitution, np.sqrt(1 - FACTORS**-2), rtol=1e-3)
@@ -82,7 +82,7 @@ def compare(scene, tolerance):
 def test_restitution_of_a_pair_and_on_a_wall():
     """From the very first touch on, so that the steps only tell at the end."""
     compare(pair("-1e-7 nm"), 3e-4)
-    assert closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
+    assert compute_closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
     compare(below_a_wall(), 4e-5)
 
 
@@ -90,7 +90,7 @@ def test_sticking_speed_from_any_bracket():
     speed = sticking(pair(), 1e-3, low=0.05, high=0.33)
     assert speed.speed == pytest.approx(0.1101, rel=1e-3)
     assert speed.closed == pytest.approx(0.1101, abs=0.5e-4)
-    assert speed.low < speed.high <= 1.001 * speed.low and not len(speed.again)
+    assert speed.low < speed.high <= 1.001 * speed.low and not len(speed.sticking_above)
     assert np.array_equal(speed.bound, speed.speeds <= speed.low)
     assert dict(rows(speed))["sticking speed"].startswith("0.110")
     # tolerance 20 %: only the search itself is looked at
@@ -117,7 +117,7 @@ def test_map_is_written(tmp_path):
         assert np.array_equal(data.fragments, np.where(bound, 1, 2))
         assert data.speed.attrs["units"] == "m/s" and data.attrs["title"] == "test"
         slowest = data.speed.values[~bound].min()
-    assert dict(map_rows(found))["slowest without sticking"] == f"{slowest:.6g} m/s"
+    assert dict(list_map_rows(found))["slowest without sticking"] == f"{slowest:.6g} m/s"
     drawn = plots.save(plots.restitution_map(found), tmp_path / "map/restitution.png")
     assert drawn.stat().st_size > 1000
 
@@ -176,15 +176,15 @@ def test_refused():
     with pytest.raises(DustError, match="--map 1,2"):
         RestitutionMap(pair(), "nowhere", "1,2")
     with pytest.raises(DustError, match="must be one value"):
-        with_settings(pair(), ["sample.speed=1m/s,2m/s"])
-    assert with_settings(pair(), ["sample.speed=1m/s"]).sample.speed == 1.0
+        apply_settings(pair(), ["sample.speed=1m/s,2m/s"])
+    assert apply_settings(pair(), ["sample.speed=1m/s"]).sample.speed == 1.0
 
 
 @pytest.mark.parametrize(
     "name, speed", [("sticking", 0.1101), ("paszun_dominik2008/sticking_wall", 0.1488)]
 )
 def test_configs(name, speed):
-    assert closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
+    assert compute_closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
 
 
 def test_map_over_speed_and_angle_has_the_single_maps():
@@ -208,7 +208,7 @@ def test_unlike_grains_have_the_closed_form_of_their_contact():
     F_c, delta0 = 3 * np.pi * m.surface_energy * R, a0**2 / (3 * R)
     reduced = mass[0] * mass[1] / sum(mass)
     expected = np.sqrt(2 * 0.77224 * F_c * delta0 / reduced)
-    assert closed_form(scene) == pytest.approx(expected, rel=1e-4)  # digits of 0.77224
+    assert compute_closed_form(scene) == pytest.approx(expected, rel=1e-4)  # digits of 0.77224
     data = restitution(scene, 2.0 * expected, 3.0 * expected, 2, 1e-3)
     assert float(data.restitution[0]) == pytest.approx(np.sqrt(1 - 1 / 4), abs=1e-3)
 
@@ -228,7 +228,7 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
         threads=1,
     )
     collision = Collision(scene, 1e-2)
-    answer = task.run(None, **collision.request(2.0).arguments)
+    answer = task.run(None, **collision.make_request(2.0).arguments)
     how = method.find_method(scene)
     sim = how.build(scene, how.make_sample(scene))
     sim.advance(math.ceil(102.5e-9 / (sim.dt * 1e-6)))
@@ -238,13 +238,13 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
     energy = 0.5 * (sim.bodies.mass * np.sum(v**2) + sim.bodies.inertia * np.sum(w**2)) * 1e-15
     assert answer["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
     # their centres pass through each other
-    broken = task.run(None, **collision.request(20.0).arguments)
+    broken = task.run(None, **collision.make_request(20.0).arguments)
     assert not broken["bound"] and broken["fragments"] > 5 and math.isnan(broken["restitution"])
 
 
 def flight(scene):
-    sample, _, way = task.moving_bodies(scene)
-    return task._flight(TwoBodies(scene, sample), way)
+    sample, _, way = task.make_moving_bodies(scene)
+    return task._measure_flight(TwoBodies(scene, sample), way)
 
 
 def test_flight_ends_where_surfaces_touch(tmp_path):
@@ -259,4 +259,6 @@ def test_flight_ends_where_surfaces_touch(tmp_path):
     )
     # see below_a_wall; the digits are those of the constants of the reference
     assert flight(scene) == pytest.approx(1.001 * WALL.delta0, rel=1e-5)
-    assert Collision(scene, 0.5).request(1.0).inputs == (os.path.relpath(tmp_path / "grains.csv"),)
+    assert Collision(scene, 0.5).make_request(1.0).inputs == (
+        os.path.relpath(tmp_path / "grains.csv"),
+    )

@@ -228,12 +228,12 @@ def table(monkeypatch):
         row("fast", 0.5, 0.01),
     ]
     columns = suggest.COLUMNS
-    monkeypatch.setattr(suggest, "measured", lambda: pd.DataFrame(rows, columns=columns))
+    monkeypatch.setattr(suggest, "read_measurements", lambda: pd.DataFrame(rows, columns=columns))
     return rows
 
 
 def suggest_settings(name="omni", **options):
-    return suggest.suggestions(load(CONFIGS / f"trade/{name}.yaml"), **options)
+    return suggest.list_suggestions(load(CONFIGS / f"trade/{name}.yaml"), **options)
 
 
 def test_the_cheapest_come_first(table):
@@ -248,12 +248,12 @@ def test_the_cheapest_come_first(table):
 def test_a_draft_has_the_errors_that_were_measured(table):
     omni = load(CONFIGS / "trade/omni.yaml")
     draft = omni.with_value("numerics", {"accuracy": "draft"})
-    assert suggest.draft_rows(omni) == []
-    assert suggest.draft_rows(draft) == [("error", "not measured for this kind of scene")]
+    assert suggest.list_draft_errors(omni) == []
+    assert suggest.list_draft_errors(draft) == [("error", "not measured for this kind of scene")]
     table.append(row("accuracy draft", 0.2, 0.02))
     text = "2 % ± 1 % (phi(P); within the scatter of seeds, 3 %)"
     location = "error in trade_omni (compression in a box, 400 grains)"
-    assert suggest.draft_rows(draft) == [(location, text)]
+    assert suggest.list_draft_errors(draft) == [(location, text)]
 
 
 def test_kinds_of_scenes_also_without_measurements(table):
@@ -263,8 +263,8 @@ def test_kinds_of_scenes_also_without_measurements(table):
         "bead": None,
     }  # fmt: skip
     for name, kind in kinds.items():
-        assert suggest.kind_of(load(CONFIGS / f"trade/{name}.yaml")) == kind, name
+        assert suggest.classify_scene(load(CONFIGS / f"trade/{name}.yaml")) == kind, name
     with pytest.raises(DustError, match="no measurements for this kind of scene"):
         suggest_settings("sound")
     text = edit_base("boundary", "boundary: {kind: box, pressure: 1 kPa}")
-    assert suggest.kind_of(from_yaml(text)) == BOX
+    assert suggest.classify_scene(from_yaml(text)) == BOX

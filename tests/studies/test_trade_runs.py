@@ -19,7 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, PHYSICAL, Variant
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, points
-from dusttaichi.studies.engine import PointResult, Shelf
+from dusttaichi.studies.study import PointResult, ResultStore
 from dusttaichi.studies.trade import TradeStudy, measure_trade
 from dusttaichi.studies.trade_judge import (
     Judge,
@@ -77,18 +77,20 @@ def test_threads_are_those_of_every_run(tmp_path):
 
 
 def mode(point, **options):
-    return point.mode(Shelf(**({"force": False, "resume": True, "timed": True} | options)))
+    return point.choose_mode(
+        ResultStore(**({"force": False, "resume": True, "timed": True} | options))
+    )
 
 
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan())
     (point,) = study.points({})
-    monkeypatch.setattr(points.Point, "_status", lambda point, timed: "finished: 40 ns")
+    monkeypatch.setattr(points.Point, "_read_status", lambda point, timed: "finished: 40 ns")
     assert mode(point, timed=False) is None
     assert mode(point) == "force"
     point.directory.mkdir()
-    timed = Shelf(force=False, resume=True, timed=True)
-    point.store(Answer(found={"cost": 2.5}), timed)
+    timed = ResultStore(force=False, resume=True, timed=True)
+    point.save_answer(Answer(values={"cost": 2.5}), timed)
     assert point.cost == 2.5
     assert mode(point) is None
     monkeypatch.setattr(points, "package_hash", lambda: "another version")
@@ -102,10 +104,10 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan())
     (point,) = study.points({})
     point.directory.mkdir()
-    monkeypatch.setattr(points.Point, "_status", lambda point, timed: "At 3 ns: a guard")
+    monkeypatch.setattr(points.Point, "_read_status", lambda point, timed: "At 3 ns: a guard")
     assert mode(point) == "force"
-    timed = Shelf(force=False, resume=True, timed=True)
-    point.store(Answer(3, "a guard"), timed)
+    timed = ResultStore(force=False, resume=True, timed=True)
+    point.save_answer(Answer(3, "a guard"), timed)
     assert mode(point) is None
     assert mode(point, force=True, resume=False) == "force"  # the user may want it
 
@@ -169,7 +171,7 @@ class Default(TradeStudy):
 
     def points(self, answers):
         changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
-        wild = points.Point.of(self.scene, self.directory, "wild", changes)
+        wild = points.Point.from_changes(self.scene, self.directory, "wild", changes)
         return [*super().points({}), wild]
 
 
@@ -191,11 +193,11 @@ def test_real_runs(tmp_path, monkeypatch):
     # a finished point is read again, with its cost
     seen = []
 
-    def refused(left, *_, **__):
+    def refused(runner, left):
         seen.extend(left)
         return {label: Answer(2) for label in left}
 
-    monkeypatch.setattr(engine, "_run_points", refused)
+    monkeypatch.setattr(engine.PointRunner, "_run_points", refused)
     repeated_answers = engine.run(study, jobs=1, resume=True)
     assert seen == ["wild"] and repeated_answers["default"].cost == default.cost
 
@@ -389,7 +391,7 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
 
 def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     reference = ObservableValues({"sound_speed": 500.0})
-    judge = Judge.of(
+    judge = Judge.from_runs(
         reference, ObservableValues({"sound_speed": 501.0}), reference, [reference], tolerance=0.05
     )
     assert judge.floor == judge.convergence["sound_speed"] == pytest.approx(0.002)
@@ -399,7 +401,7 @@ def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     ]
     assert [judge.is_free(row) for row in rows] == [True, False]
     stuck = ObservableValues({"restitution": 0.0, "growth_efficiency": 0.9})
-    assert Judge.of(stuck, stuck, stuck, [stuck], tolerance=0.05).name == "growth_efficiency"
+    assert Judge.from_runs(stuck, stuck, stuck, [stuck], tolerance=0.05).name == "growth_efficiency"
 
 
 def test_scatter_hides_errors_of_numerics_only():

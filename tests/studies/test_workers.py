@@ -16,7 +16,7 @@ from scenes import EXAMPLES
 from dusttaichi.errors import DustError, Interrupted, StartError
 from dusttaichi.studies import engine, jobs, workers
 from dusttaichi.studies.requests import Request
-from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker
+from dusttaichi.studies.workers import INTERRUPTED, PROCESS_LOST, Worker
 
 TASKS = '''
 import os, sys, time
@@ -106,51 +106,54 @@ def alive(process):
 
 def test_one_process_answers_request_after_request(tasks, tmp_path):
     with Worker(tasks, folder=tmp_path) as worker:
-        first, second = worker.ask({"do": "count"}), worker.ask({"do": "count"})
+        first, second = worker.call({"do": "count"}), worker.call({"do": "count"})
         assert (first.code, first.text) == (0, "")
-        assert [a.found["calls"] for a in (first, second)] == [1, 2]
-        assert first.found["process"] == second.found["process"] != os.getpid()
-        assert first.found["folder"] == str(tmp_path)
-        refused = worker.ask({"do": "refuse", "text": "bad: ü [x]"})
+        assert [a.values["calls"] for a in (first, second)] == [1, 2]
+        assert first.values["process"] == second.values["process"] != os.getpid()
+        assert first.values["folder"] == str(tmp_path)
+        refused = worker.call({"do": "refuse", "text": "bad: ü [x]"})
         assert (refused.code, refused.text) == (2, "bad: ü [x]")
-        stopped = worker.ask({"do": "guard"})  # what was reported before is known however it ends
-        assert (stopped.code, stopped.found) == (3, {"cost": 1.5})
+        stopped = worker.call({"do": "guard"})  # what was reported before is known however it ends
+        assert (stopped.code, stopped.values) == (3, {"cost": 1.5})
         # what is printed does not stand between answers
-        assert worker.ask({"do": "garbage"}).found == {"fine": True}
-        assert worker.ask({"do": "count"}).found["calls"] == 6 and worker.alive
-    assert not alive(first.found["process"])
+        assert worker.call({"do": "garbage"}).values == {"fine": True}
+        assert worker.call({"do": "count"}).values["calls"] == 6 and worker.alive
+    assert not alive(first.values["process"])
 
 
 def test_a_crash_tells_the_last_words(tasks):
     with Worker(tasks) as worker:
-        answer = worker.ask({"do": "crash", "status": 7})
-        assert answer.code == LOST and answer.text == "the process ended (status 7): last words"
+        answer = worker.call({"do": "crash", "status": 7})
+        assert (
+            answer.code == PROCESS_LOST
+            and answer.text == "the process ended (status 7): last words"
+        )
         assert not worker.alive
-        assert worker.ask({"do": "count"}).code == LOST  # and not a word of the former answer
+        assert worker.call({"do": "count"}).code == PROCESS_LOST  # not the former answer
     with Worker(tasks) as worker:
-        assert worker.ask({"do": "fail"}).text.endswith("KeyError: 'a mistake of ours'")
+        assert worker.call({"do": "fail"}).text.endswith("KeyError: 'a mistake of ours'")
     with Worker("no_such_module:task") as worker:
-        assert "No module named 'no_such_module'" in worker.ask({}).text
+        assert "No module named 'no_such_module'" in worker.call({}).text
 
 
 def test_a_process_that_is_killed_or_hangs(tasks, tmp_path):
     with Worker(tasks) as worker:
-        process = worker.ask({"do": "count"}).found["process"]
+        process = worker.call({"do": "count"}).values["process"]
         request = {"do": "run", "path": str(tmp_path / "c")}
-        answer = worker.ask(request, report=lambda fraction: os.kill(process, signal.SIGKILL))
-    assert answer.code == LOST and "status -9" in answer.text
-    assert answer.found == {"share": 0.25}
+        answer = worker.call(request, report=lambda fraction: os.kill(process, signal.SIGKILL))
+    assert answer.code == PROCESS_LOST and "status -9" in answer.text
+    assert answer.values == {"share": 0.25}
     with Worker(tasks) as worker:
-        process = worker.ask({"do": "count"}).found["process"]
-        answer = worker.ask({"do": "run", "path": str(tmp_path / "never")}, 0.5)
-        assert answer.code == LOST and answer.text == "no answer in 0.5 s"
+        process = worker.call({"do": "count"}).values["process"]
+        answer = worker.call({"do": "run", "path": str(tmp_path / "never")}, 0.5)
+        assert answer.code == PROCESS_LOST and answer.text == "no answer in 0.5 s"
         assert not (tmp_path / "never").exists()  # which it would write when interrupted
         assert not alive(process) and not worker.alive
 
 
 def test_a_process_that_does_not_stop_is_killed(tasks, tmp_path):
     worker, marker = Worker(tasks), tmp_path / "begun"
-    process = worker.ask({"do": "count"}).found["process"]
+    process = worker.call({"do": "count"}).values["process"]
     worker._write({"request": {"do": "deaf", "begun": str(marker)}})
     wait_for(marker.exists)
     began = time.monotonic()
@@ -163,7 +166,7 @@ def test_stopping_lets_a_run_write_its_checkpoint(tasks, tmp_path):
     with Worker(tasks) as worker:
         # asked to stop at every report, of which a second one does no harm
         request = {"do": "run", "path": str(tmp_path / "checkpoint")}
-        answer = worker.ask(request, report=heard.append, stopped=lambda: bool(heard))
+        answer = worker.call(request, report=heard.append, stopped=lambda: bool(heard))
         worker.stop()
     assert heard[0] == 0.25
     assert (answer.code, answer.text) == (INTERRUPTED, "interrupted")
@@ -175,8 +178,8 @@ import sys
 from dusttaichi.studies.workers import Worker
 
 worker = Worker("made_tasks:task")
-process = worker.ask({"do": "count"}).found["process"]
-worker.ask({"do": "run", "path": sys.argv[1]}, report=lambda share: print(process, flush=True))
+process = worker.call({"do": "count"}).values["process"]
+worker.call({"do": "run", "path": sys.argv[1]}, report=lambda share: print(process, flush=True))
 """
 
 
@@ -228,7 +231,7 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):
     # one process makes one after another; where it is lost, the next request goes to another one
     assert answers["a"].measured["calls"] == 1 and answers["d"].measured["calls"] == 1
     assert (answers["b"].code, answers["b"].text, answers["b"].measured) == (2, "no", None)
-    assert answers["c"].code == workers.LOST and "last words" in answers["c"].text
+    assert answers["c"].code == workers.PROCESS_LOST and "last words" in answers["c"].text
     assert {key: row.get("code", 0) for key, row in lines(study.rows).items()} == {
         "a": 0,
         "b": 2,
@@ -255,10 +258,10 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):
 def test_points_are_found_in_the_order_in_which_they_were_asked_for(tmp_path, monkeypatch):
     """Also where they end in another one, as those of several processes do."""
 
-    def backwards(points, *_, **__):
-        return {label: workers.Answer(found={"name": label}) for label in reversed(points)}
+    def backwards(runner, points):
+        return {label: workers.Answer(values={"name": label}) for label in reversed(points)}
 
-    monkeypatch.setattr(engine, "_run_points", backwards)
+    monkeypatch.setattr(engine.PointRunner, "_run_points", backwards)
     answers = engine.run(Asking(tmp_path, "no:task", a={}, b={}, c={}))
     assert list(answers) == ["a", "b", "c"] and answers["b"].measured == {"name": "b"}
 
@@ -267,7 +270,7 @@ def test_a_signal_keeps_what_is_done(tasks, tmp_path, monkeypatch):
     """The request under way is interrupted, as by Ctrl-C, and those after it do not begin."""
     study = Asking(tmp_path, tasks, a={"do": "count"}, b={"do": "run", "path": str(tmp_path / "c")})
     study.own.append(study.request("c", tasks, do="count"))
-    monkeypatch.setattr(jobs, "ROUNDS", 1)
+    monkeypatch.setattr(jobs, "JOBS_PER_PROCESS", 1)
 
     def heard(progress):
         if progress.running.get("b"):
@@ -339,7 +342,7 @@ def test_what_is_finished_is_not_computed_again(rebound, capsys, monkeypatch):
     def none(*_, **__):
         raise AssertionError("a run that is finished is computed again")
 
-    monkeypatch.setattr(engine, "_run_points", none)
+    monkeypatch.setattr(engine.PointRunner, "_run_points", none)
     study(folder, "--threads", 1, "--resume", "--json")
     output = json.loads(capsys.readouterr().out)
     with xr.open_dataset(folder / "study.nc") as data:
@@ -350,7 +353,7 @@ def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engine, "_run_points", interrupted)
+    monkeypatch.setattr(engine.PointRunner, "_run_points", interrupted)
     monkeypatch.setattr("sys.argv", ["dust", "study", "a.py", "b.yaml", "--force"])
     with pytest.raises(Interrupted, match="Continue with: dust study a.py b.yaml --resume"):
         study(tmp_path / "out", "--force")
