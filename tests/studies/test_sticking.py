@@ -19,7 +19,7 @@ from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
 from dusttaichi.studies.restitution import RestitutionMap, list_map_rows
 from dusttaichi.studies.settings import apply_settings
-from dusttaichi.studies.sticking import Collision, Search, compute_closed_form, rows
+from dusttaichi.studies.sticking import Collision, Search, compute_closed_form, list_rows
 from dusttaichi.studies.study import PointResult
 
 WALL = ref.numbers(wall=True)
@@ -92,7 +92,7 @@ def test_sticking_speed_from_any_bracket():
     assert speed.closed == pytest.approx(0.1101, abs=0.5e-4)
     assert speed.low < speed.high <= 1.001 * speed.low and not len(speed.sticking_above)
     assert np.array_equal(speed.bound, speed.speeds <= speed.low)
-    assert dict(rows(speed))["sticking speed"].startswith("0.110")
+    assert dict(list_rows(speed))["sticking speed"].startswith("0.110")
     # tolerance 20 %: only the search itself is looked at
     speed = sticking(pair(), 0.2, 0.5, 2.0)
     assert speed.low < 0.1101 < speed.high and speed.high < 1.2 * speed.low
