@@ -28,7 +28,7 @@ from dusttaichi.plots.tensile import strengths
 from dusttaichi.scene import extensions, load
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.extremes import GROUPS
-from dusttaichi.studies.suggest import COLUMNS, TABLE, kind_of
+from dusttaichi.studies.suggest import COLUMNS, TABLE, classify_scene
 
 HERE = Path(__file__).parent
 LOOSEST = 0.01  # filling factor from which on compression is drawn
@@ -72,7 +72,8 @@ def softening():
     table = outcomes(read("softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
     suggested = table[table.scene.isin(SUGGESTED) & (table.refused == "")]
-    kinds_by_scene = {name: kind_of(load(name.replace("trade_", "trade/"))) for name in SUGGESTED}
+    scenes = {name: load(name.replace("trade_", "trade/")) for name in SUGGESTED}
+    kinds_by_scene = {name: classify_scene(scene) for name, scene in scenes.items()}
     suggested = suggested.assign(kind=suggested.scene.map(kinds_by_scene))[COLUMNS]
     suggested.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
     shown = table[table.scene.str.startswith("trade_")]

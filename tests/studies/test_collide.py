@@ -374,7 +374,7 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     """Eighty on eight cores: at least two jobs for each process."""
     sizes = []
 
-    class Counted(pool.Threads):
+    class Counted(pool.ThreadPool):
         def __init__(self, scheduler, count, heard, idle):
             assert count == workers
             super().__init__(count, heard, idle)
