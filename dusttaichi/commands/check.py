@@ -141,12 +141,12 @@ def _cost(forecast, *, measure_it):
     shortest, seconds, longest = forecast.step_time(measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.format_rate(rate)} steps/s"
-    source = "measured now" if measure_it else "an order of magnitude; --time measures it"
+    source = "measured now" if measure_it else "within an order of magnitude; --time measures it"
     rows += [("speed", f"{speed}, {source}")]
     if total < inf:
         low, high = _duration(total * shortest), _duration(total * longest)
         text = low if low == high else f"{low} to {high}"
-        rows.append(("run time at most", f"{text}, and the start"))
+        rows.append(("run time at most", f"{text}, plus start-up"))
     return rows
 
 

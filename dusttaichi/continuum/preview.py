@@ -175,7 +175,7 @@ NEAR = 1e-3
 
 def _instead(requested, met, step):
     requested, met, step = (quantities.format(t, "time", digits=6) for t in (requested, met, step))
-    exact = f"numerics.time_step: {step} meets it"
+    exact = f"numerics.time_step: {step} matches it exactly"
     return f"{met} in place of {requested}, in whole steps of the run; {exact}"
 
 
@@ -188,7 +188,7 @@ def _steps(scene, sample, fastest, output_step):
     exact = still or scene.numerics.time_step != "auto"
     length = f"{output_step * 1e6:.4g} µs, {output_step / cfl_step:.3g} of these at the start"
     if not exact:
-        length = f"at most {length}; less where bodies or walls already meet"
+        length = f"at most {length}; less where bodies or walls are in contact"
     return [
         (
             "step of the method at the start",

@@ -138,16 +138,14 @@ def _step(step):
         out.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))
         out.append(("largest stable step there", f"{step.limit * 1e9:.4g} ns"))
     if np.isfinite(step.resolved) and step.resolved < 10.0 * step.dt:
-        out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
+        out.append(("step resolving the impact", f"{step.resolved * 1e9:.4g} ns"))
     if step.impact is not None:
-        out.append(("two grains may meet", step.impact.text()))
+        out.append(("impact speed of two grains", step.impact.text()))
     step_text = f"{step.dt * 1e9:.4g} ns"
     if np.isfinite(step.period):
         step_text += f" = {step.dt / step.period:.3g} of the stiffest period"
     if step.dt > step.resolved * (1.0 + 1e-9):
-        step_text += (
-            f", {step.dt / step.resolved:.2g} times the step that resolves how fast bodies meet"
-        )
+        step_text += f", {step.dt / step.resolved:.2g} times the step resolving the impact"
     return [*out, ("time step", step_text)]
 
 
@@ -158,7 +156,7 @@ def _state_memory(preparation):
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, preparation.layout, preparation.domain.box is not None)
     )
-    room = f"{room:,} grains, and up to a sixth beside it to search"
+    room = f"{room:,} grains, plus up to a sixth for the search"
     return f"{size / 2**20:.3g} MiB with a capacity of {room}"
 
 
@@ -212,10 +210,13 @@ def _sample(scene, preparation):
     known_keys = [key for key in named if key in info and np.isfinite(info[key])]
     rows += [(named[key], f"{info[key]:.4g}") for key in known_keys]
     if info["kind"] == "collision":
-        for key, text in (("impact_parameter", "impact parameter"), ("gap", "flight to the touch")):
+        for key, text in (
+            ("impact_parameter", "impact parameter"),
+            ("gap", "gap before first contact"),
+        ):
             rows.append((text, quantities.format(info[key], "length", digits=4)))
         if not info["hit"]:
-            rows[-1] = ("flight to the touch", "never: the bodies miss each other")
+            rows[-1] = ("gap before first contact", "none: the bodies miss each other")
     return rows + [("note", text) for text in info.get("remarks", ())]
 
 

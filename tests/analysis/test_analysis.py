@@ -260,7 +260,7 @@ def test_compare_on_the_command_line(folder, tmp_path, capsys):
     with analysis.open_run(folder / "box") as run:
         rows = dict(row[:2] for row in analysis.tabulate(analysis.summarise(run)))
     # both numbers are of the same contacts, and say so
-    assert rows["contacts per grain"].endswith("each has two grains)")
+    assert rows["contacts per grain"].endswith("each contact counts twice)")
     assert rows["± of the numbers above"].startswith("one sample: fit error only")
     with pytest.raises(DustError, match="no result"):
         dust("compare", folder / "nothing")

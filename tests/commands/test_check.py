@@ -102,7 +102,7 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss():
     text = read_check(bead, "--set", "stop.time=400 us")
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
     assert re.search(r"25.47\d* µs in place of 10 µs", text)
-    assert "numerics.time_step: 10 µs meets it" in text
+    assert "numerics.time_step: 10 µs matches it exactly" in text
     assert re.search(r"407.5\d* µs in place of 0.4 ms", text)
     fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")
     text = read_check(bead, *(word for setting in fine for word in ("--set", setting)))
@@ -122,7 +122,7 @@ def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be
 
 def test_a_step_that_does_not_resolve_how_bodies_meet_is_said():
     """The shipped collision takes 0.2 ns; `auto` would resolve it."""
-    phrase = "times the step that resolves how fast bodies meet"
+    phrase = "times the step resolving the impact"
     assert f"1.7 {phrase}" in read_check("collision")
     assert phrase not in read_check("collision", "--set", "numerics.time_step=auto")
 
@@ -205,7 +205,7 @@ def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
 
 def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch):
     text = read_check("smoke")
-    assert "steps/s, an order of magnitude; --time measures it" in text
+    assert "steps/s, within an order of magnitude; --time measures it" in text
     scene = load("smoke")
     least, seconds, longest = step_times.estimate_step_time(scene, 60)
     assert least < seconds < longest
@@ -218,7 +218,7 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
     monkeypatch.setattr(step_times, "measure_step_time", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
     text = read_check("smoke", "--time")
     assert "100,000 steps/s, measured now" in text
-    assert "run time at most                           1 s to 80 s, and the start" in text
+    assert "run time at most                           1 s to 80 s, plus start-up" in text
     assert json.loads(read_check("smoke", "--time", "--json"))["run_time_s"]["most"] == 80.0
 
 

@@ -115,7 +115,7 @@ def _format_contacts_per_grain(value, n):
     remark = (
         ""
         if coordination is None
-        else f" (coordination number {coordination:.2f}: each has two grains)"
+        else f" (coordination number {coordination:.2f}: each contact counts twice)"
     )
     return f"{value:.2f}{remark}"
 

@@ -10,7 +10,7 @@ from dusttaichi.physics.contact.limit import limit_displacement
 
 NUMBERS = {
     "k_r": Constant("N/m", "rolling stiffness"),
-    "xi_crit": Constant("m", "rolling displacement past which rolling costs energy"),
+    "xi_crit": Constant("m", "largest elastic rolling displacement"),
 }
 HISTORY = {}  # xi itself is part of every contact (physics.contact.kinematics)
 CHANNEL = "rolling"

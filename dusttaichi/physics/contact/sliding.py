@@ -14,7 +14,7 @@ from dusttaichi.physics.contact.limit import limit_displacement
 
 NUMBERS = {
     "k_s": Constant("N/m", "sliding stiffness"),
-    "zeta_crit": Constant("m", "sliding displacement past which sliding costs energy"),
+    "zeta_crit": Constant("m", "largest elastic sliding displacement"),
 }
 HISTORY = {}  # zeta itself is part of every contact (physics.contact.kinematics)
 CHANNEL = "sliding"
