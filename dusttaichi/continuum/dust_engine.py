@@ -26,7 +26,7 @@ from dusttaichi.continuum.self_gravity import SelfGravity
 from dusttaichi.continuum.validity import check_inside, validate
 from dusttaichi.domain.environment import Environment
 from dusttaichi.domain.walls import Box
-from dusttaichi.method import SimpleEngine, State
+from dusttaichi.method import EngineOfParts, State
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
@@ -34,7 +34,7 @@ from dusttaichi.results.provenance import yaml_text
 PREFIX = "sample_"  # of the names of the arrays of the sample in a State
 
 
-class DustEngine(SimpleEngine):
+class DustEngine(EngineOfParts):
     """The protocol dusttaichi.method.Engine for a scene of a continuum.
 
     dust_state: DustState. environment: Environment. numbers: KernelNumbers. outside: DustForces, or
@@ -102,30 +102,7 @@ class DustEngine(SimpleEngine):
         arguments = self.motion, self.environment, elastic_bodies, heat
         return DustRecorder(*arguments, pressed=pressed_walls(scene, sample))
 
-    # -- the run ---------------------------------------------------------------------------------
-
-    @property
-    def step(self):
-        return self.environment.step
-
-    @property
-    def dt(self):
-        return self.environment.dt
-
-    @property
-    def domain(self):
-        return self.environment.domain
-
-    def advance(self, steps):
-        self.workers.advance(steps)
-
-    def drive(self, drive):
-        self.stepper.drive(drive)
-
     # -- measuring -------------------------------------------------------------------------------
-
-    def measure(self):
-        return self.ledger.measure()
 
     def validate(self, measurement):
         validate(measurement, self.environment)

@@ -36,7 +36,7 @@ from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.stepper import Stepper
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.validity import validate
-from dusttaichi.method import SimpleEngine, State
+from dusttaichi.method import EngineOfParts, State
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.samples.touching import deep_overlaps
@@ -49,7 +49,7 @@ BODIES = ("target", "projectile")
 PREFIX = "sample_"  # of the names of these arrays in a State
 
 
-class GrainEngine(SimpleEngine):
+class GrainEngine(EngineOfParts):
     """The protocol dusttaichi.method.Engine for a scene of grains.
 
     grain_state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. push: Push.
@@ -152,20 +152,8 @@ class GrainEngine(SimpleEngine):
     # -- the run ---------------------------------------------------------------------------------
 
     @property
-    def step(self):
-        return self.environment.step
-
-    @property
-    def dt(self):
-        return self.environment.dt
-
-    @property
     def time(self):
         return self._start_time + self.environment.time
-
-    @property
-    def domain(self):
-        return self.environment.domain
 
     @property
     def remarks(self):
@@ -188,16 +176,7 @@ class GrainEngine(SimpleEngine):
         """Set velocities [m/s] and spins [rad/s], (N, 3) each, None to leave them."""
         script_access.set_velocities(self.motion, self.ledger, velocities, spins)
 
-    def advance(self, steps):
-        self.workers.advance(steps)
-
-    def drive(self, drive):
-        self.stepper.drive(drive)
-
     # -- measuring -------------------------------------------------------------------------------
-
-    def measure(self):
-        return self.ledger.measure()
 
     def validate(self, measurement):
         validate(measurement, self, self.motion, self.contacts, self.sphere)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dusttaichi.method.engine_of_parts import EngineOfParts
 from dusttaichi.method.engine_protocol import (
     Engine,
     HasMethod,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Engine",
+    "EngineOfParts",
     "Measurement",
     "Method",
     "Preview",
