@@ -20,7 +20,17 @@ from scenes import (
 )
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene import NAMED, NoDamping, Scaled, Scene, Viscoelastic, Viscous, from_yaml, load
+from dusttaichi.scene import (
+    NAMED,
+    NoDamping,
+    Scaled,
+    Scene,
+    Viscoelastic,
+    Viscous,
+    as_scene,
+    from_yaml,
+    load,
+)
 from dusttaichi.scene.yaml_text import read
 
 FILES = sorted(CONFIGS.rglob("*.yaml"))
@@ -141,6 +151,16 @@ def test_plain_data_and_numbers_of_python():
     read = Scene.from_dict(data)
     assert read.sample.grains == 50 and read.interaction.rolling.modifier == 0.5
     assert type(read.sample.grains) is int
+
+
+def test_values_of_python_in_a_changed_scene():
+    base = Scene.from_dict(yaml.safe_load(BASE))
+    assert base.with_value("sample.grains", np.int64(60)).input_data["sample"]["grains"] == 60
+    assert base.with_value("material", base.material).material == base.material
+    with pytest.raises(DustError, match="sample.grains.*<object"):
+        base.with_value("sample.grains", object())
+    data = base.input_data | {"stages": np.array([])}
+    assert as_scene(data) == as_scene(base.input_data | {"stages": []})
 
 
 def test_explicit_sample_cylinder_and_walls():
