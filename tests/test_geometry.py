@@ -21,6 +21,12 @@ def polygon(corners, side):
     return side / (2 * np.sin(np.pi / corners)) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+def test_products_and_lengths_of_rows_have_the_bits_of_numpy():
+    a, b = np.random.default_rng(1).standard_normal((2, 1000, 3))
+    np.testing.assert_array_equal(geometry.dot_rows(a, b), np.sum(a * b, axis=1))
+    np.testing.assert_array_equal(geometry.measure_rows(a), np.linalg.norm(a, axis=1))
+
+
 # Union of discs.
 
 

@@ -9,7 +9,7 @@ from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.physics.contact.constants import pair_constants
-from dusttaichi.physics.contact.parts import wall_parts
+from dusttaichi.physics.contact.parts import PARTS, wall_parts
 from dusttaichi.running import execute
 from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml
@@ -150,6 +150,13 @@ def test_a_wall_that_is_slid_along_makes_no_rolling_moment():
     assert found["normal_force"] == [5.0] and found["twisting_moment"] == [0.25]
     np.testing.assert_allclose(found["sliding_force"], [[2.0, 1.0, 0.0]])
     np.testing.assert_allclose(found["rolling_moment"], 0.0, atol=1e-15)
+
+
+def test_parts_of_loads_that_are_not_recorded_are_not_computed():
+    normal, force = np.array([[0.0, 0.0, 1.0]]), np.array([[2.0, 1.0, 5.0]])
+    load = force, np.cross(-0.5 * normal, force)
+    assert list(wall_parts(normal, load, 0.5, ("step", "normal_force"))) == ["normal_force"]
+    assert tuple(wall_parts(normal, load, 0.5)) == PARTS
 
 
 def test_what_is_left_out_and_single_precision(run, tmp_path):

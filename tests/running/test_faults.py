@@ -226,6 +226,21 @@ def test_scenes_with_a_file_run_again_and_go_on_from_anywhere(tmp_path, monkeypa
         execute(load("place/40.yaml"), "place/run", resume=True)
 
 
+def test_guards_between_records_have_a_small_share_of_the_time(tmp_path, monkeypatch):
+    """Those of a fixed step and of records stay."""
+    monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
+    monkeypatch.setattr(loop, "LONGEST_UNGUARDED", 1e9)
+    guarded_steps = []
+    monkeypatch.setattr(loop.Run, "guard", lambda run, m: guarded_steps.append(run.sim.step))
+    counts = []
+    for number, share in enumerate((np.inf, 1e-12)):
+        monkeypatch.setattr(loop, "GUARDED", share)
+        execute(from_yaml(PLAIN), tmp_path / str(number))
+        counts.append(len(guarded_steps))
+        guarded_steps.clear()
+    assert counts[0] > counts[1] + 10 and counts[1] > 5
+
+
 @pytest.mark.parametrize("text", [PLAIN, STAGED], ids=["plain", "staged"])
 def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(
     text, tmp_path, monkeypatch
