@@ -233,7 +233,7 @@ def test_guards_between_records_have_a_small_share_of_the_time(tmp_path, monkeyp
     guarded_steps = []
     monkeypatch.setattr(loop.Run, "guard", lambda run, m: guarded_steps.append(run.sim.step))
     counts = []
-    for number, share in enumerate((np.inf, 1e-12)):
+    for number, share in enumerate((float("inf"), 1e-12)):
         monkeypatch.setattr(loop, "GUARDED", share)
         execute(from_yaml(PLAIN), tmp_path / str(number))
         counts.append(len(guarded_steps))
