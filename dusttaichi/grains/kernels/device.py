@@ -206,9 +206,9 @@ def make_prepare(arguments, threads):
             )
             if ti.static(len(layout.periodic) > 0):
                 frame = phases.pairs.gatherer.frame(step, dt)
-                for row_of_frame in ti.static(range(3)):
+                for m in ti.static(range(3)):
                     for n in ti.static(range(3 + layout.tilted)):
-                        frames[row, row_of_frame, n] = frame[row_of_frame, n]
+                        frames[row, m, n] = frame[m, n]
             if ti.static(layout.stress):
                 cell_rates = phases.flux.rates(step, dt)
                 for n in ti.static(range(4)):

@@ -172,8 +172,8 @@ class SphereLists:
         for k in range(self.full):
             contacts = self.chunk_first[count_blocks(self.counts[GRAINS], CHUNK)]
             if k == 0:
-                section = self.counts[GRAINS] + SPHERE
-                self.x_search[section], self.counts[ON_SPHERE] = self.x[section], contacts
+                sphere = self.counts[GRAINS] + SPHERE
+                self.x_search[sphere], self.counts[ON_SPHERE] = self.x[sphere], contacts
             if contacts + k < count_blocks(contacts, self.full) * self.full:
                 contact = self.counts[FIRST_SPHERE] * self.width + contacts + k
                 self.lanes.clear(contact // self.width, contact % self.width)
