@@ -64,7 +64,7 @@ def main(*, out=None, quick=False, repetitions=3, log=print) -> Table:
                 row = {"grains": 2 * grains, "processes": processes, "abreast": abreast}
                 row |= {"rate": rate, "gain": rate / one_by_one, "step": step, "large": large}
                 rows.append(row | {"efficiency": large / step})
-            table = Table(machine(), rows, [("Collisions side by side", FRONT, NUMBERS)], (NOTE,))
+            table = Table(machine(), rows, (("Collisions side by side", FRONT, NUMBERS),), (NOTE,))
             if out is not None:
                 table.to_csv(out)
     return table
@@ -77,22 +77,26 @@ def _measure(grains, processes, repetitions, log):
     """
     times = {number: [] for number in ABREAST}
     with ExitStack() as stack:
-        timed = [stack.enter_context(Timed(TASK)) for _ in range(processes)]
+        batches, large = (
+            [stack.enter_context(Timed(TASK)) for _ in range(processes)] for _ in range(2)
+        )
         pool = stack.enter_context(ThreadPoolExecutor(processes))
 
-        def ask(do, **arguments):
+        def ask(timed, do, **arguments):
             return list(pool.map(lambda process: process.call(do, **arguments), timed))
 
-        ask("prepare", grains=grains, count=max(LEAST, *ABREAST))
+        ask(batches, "prepare", grains=grains, count=max(LEAST, *ABREAST))
         for number in ABREAST:  # kernels
-            ask("make", abreast=number, count=number)
+            ask(batches, "make", abreast=number, count=number)
         for _ in range(repetitions):
             for number in ABREAST:
-                count = max(LEAST, number)
-                made = ask("make", abreast=number, count=count)
-                large = ask("advance", grains=grains * number)
+                answers = ask(batches, "make", abreast=number, count=max(LEAST, number))
+                steps = [answer["step"] for answer in ask(large, "advance", grains=grains * number)]
                 times[number].append(
-                    [(a["seconds"], a["step"], b["step"]) for a, b in zip(made, large, strict=True)]
+                    [
+                        (a["seconds"], a["step"], step)
+                        for a, step in zip(answers, steps, strict=True)
+                    ]
                 )
                 log(f"{2 * grains} grains, {number} side by side: {times[number][-1]}")
     return {

@@ -245,7 +245,7 @@ def format_collision_summary(data):
             keys.insert(0, (name.replace("_", " "), [f"{v:g}" if axis else v for v in values]))
     points = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
     columns = [("growth efficiency", [_format_mean(point.growth_efficiency) for point in points])]
-    columns.append(("largest", [_format_mean(point.largest) for point in points]))
+    columns.append(("largest fragment", [_format_mean(point.largest) for point in points]))
     present = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
     columns += [
         (name, [str(int((point.outcome == name).sum())) for point in points]) for name in present

@@ -52,7 +52,8 @@ def _remark_model(scene):
     with suppress(DustError):  # a body that cannot be made: its collisions fail with the reason
         plan = plan_of(scene)
         if plan.beyond:
-            remark(f"collisions.speed: {plan.beyond}. Two grains may meet {plan.impact.text()}")
+            impact = f"The fastest impact of two grains is {plan.impact.text()}"
+            remark(f"collisions.speed: {plan.beyond}. {impact}")
 
 
 def _show(data):

@@ -223,8 +223,8 @@ class Members:
         Neighbours are searched; contacts keep history and loads exactly.
         """
         state = self._state
-        others = [member for member in range(len(self)) if member not in states]
-        of_members = dict(zip(others, self.states(others), strict=True)) | dict(states)
+        staying = [member for member in range(len(self)) if member not in states]
+        of_members = dict(zip(staying, self.states(staying), strict=True)) | dict(states)
         every = [of_members[member].arrays for member in range(len(self))]
         for arrays, first in zip(every, self.first[:-1], strict=True):
             for name in CARRIED:

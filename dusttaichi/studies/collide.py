@@ -20,6 +20,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.collision_parameters import MOST
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import describe_study
+from dusttaichi.samples.sample import memory
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import read_result_keys
 from dusttaichi.studies.requests import Request, count_cores, make_key
@@ -31,13 +32,17 @@ from dusttaichi.studies.settings import (
     set_one_thread,
     shift_seeds,
 )
+from dusttaichi.studies.step_times import estimate_step_terms
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
 NARROW = 1.02  # ratio of two speeds below which an interval is not halved any more
-# grains side by side with `batch: auto`, on a device and on processors (`python -m benchmarks
-# collisions`), and with a number
-ROOM, LARGEST = (1_000_000, 2_000), 10_000_000
+# `batch: auto`: share of a step that does not depend on the number of grains (`python -m benchmarks
+# collisions`)
+FIXED = 0.01
+# share of the memory that collisions side by side take at most, and that of a grain [bytes]
+MEMORY, GRAIN = 0.25, 2000
+LARGEST = 10_000_000  # grains side by side
 TASK = "dusttaichi.studies.collide_task:run"
 
 
@@ -66,7 +71,8 @@ class Collisions:
                 "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} "
                 "(`dust new collide` writes a file)"
             )
-        self.scene, self.directory, self._own, self._added = scene, Path(directory), study_block, 0
+        self.scene, self.directory, self._added = scene, Path(directory), 0
+        self._block = study_block
         data = set_one_thread(scene.plain)
         data.pop("collisions")
         data.pop("replicas", None)
@@ -99,7 +105,7 @@ class Collisions:
         """All collisions, and when they are found those of a further speed."""
         requests = self.requests()
         is_complete = all(request.label in results_by_label for request in requests)
-        if is_complete and self._added < self._own.refine:
+        if is_complete and self._added < self._block.refine:
             speed = next_speed(
                 build_collisions_dataset(self._rows(requests, results_by_label), self.axes)
             )
@@ -111,7 +117,7 @@ class Collisions:
 
     def requests(self) -> list[Request]:
         """The collisions, in the order of the axes."""
-        scene, phases, files = self.base.to_yaml(), self._own.phases, self._own.files
+        scene, phases, files = self.base.to_yaml(), self._block.phases, self._block.files
         core = read_result_keys(self.scene.to_yaml()) | {"collisions": None, "name": ""}
         requests = []
         for values in itertools.product(*self.axes.values()):
@@ -133,7 +139,7 @@ class Collisions:
     @property
     def refine(self) -> int:
         """Largest number of further speeds."""
-        return self._own.refine
+        return self._block.refine
 
     def samples_at(self, speed):
         """(scene, Sample) of a collision of each body and mass ratio, at a speed [m/s]."""
@@ -144,34 +150,37 @@ class Collisions:
                 scene = self.base.with_value("sample", sample)
                 yield scene, samples.make(scene)
 
-    def dataset(self, found):
+    def dataset(self, results):
         """Dataset of the collisions with its thresholds; failed ones have no numbers."""
-        attrs = describe_study(self.scene, by_area=int(self._own.by_area))
-        data = build_collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
+        attrs = describe_study(self.scene, by_area=int(self._block.by_area))
+        data = build_collisions_dataset(self._rows(self.requests(), results), self.axes, attrs)
         return data.assign(build_threshold_variables(find_thresholds(data), data))
 
-    def _rows(self, requests, found):
-        return [found[one.label].measured or {"error": found[one.label].text} for one in requests]
+    def _rows(self, requests, results):
+        results = [results[request.label] for request in requests]
+        return [result.measured or {"error": result.text} for result in results]
 
 
 def side_by_side(scene, batch: int | str) -> dict[str, int]:
     """Number of collisions side by side: `abreast` at most, with `room` for grains.
 
-    batch: a number, "auto" or "off". More than contacts, such as walls or gravity, acts on single
+    batch: a number, "auto" or "off"; auto: as many grains as make the fixed time of a step
+    negligible. The memory limits both. More than contacts, such as walls or gravity, acts on single
     ones only. Raises DustError.
     """
-    if isinstance(batch, str):
-        batch = {"off": 1, "auto": None}.get(batch, batch)
+    number = {"off": 1, "auto": MOST}.get(str(batch), 0)
     with suppress(TypeError, ValueError):
-        batch = None if batch is None else int(batch)
-    if not (batch is None or isinstance(batch, int) and batch >= 1):
+        number = number or int(batch)
+    if number < 1:
         raise DustError(f"batch = {batch}: allowed: auto, off, or a number of at least 1")
-    around = scene.push, scene.sphere, scene.gravity, scene.forces
-    if scene.boundary.kind != "open" or any(around):
+    environment = scene.push, scene.sphere, scene.gravity, scene.forces
+    if scene.boundary.kind != "open" or any(environment):
         return {"abreast": 1, "room": 0}
-    if batch is None:
-        return {"abreast": MOST, "room": ROOM[scene.numerics.backend == "cpu"]}
-    return {"abreast": batch, "room": LARGEST}
+    room = memory() * MEMORY / GRAIN
+    if batch == "auto":
+        few_grains, per_grain = estimate_step_terms(scene)
+        room = min(room, few_grains / per_grain / FIXED)
+    return {"abreast": number, "room": round(min(room, LARGEST))}
 
 
 def next_speed(data):
@@ -190,19 +199,22 @@ def next_speed(data):
     return float(f"{np.sqrt(low * high):.3g}")
 
 
-def _templates(sample: dict, own) -> dict[str, dict]:
+def _templates(sample: dict, study_block) -> dict[str, dict]:
     """Sample of the two bodies by the names of the dimension `body`."""
-    if own.filling_factor:
-        return {f"phi_{phi:g}": _filled(deepcopy(sample), phi) for phi in own.filling_factor}
-    found = {}
-    for name, body in own.bodies.items():
+    if study_block.filling_factor:
+        return {
+            f"phi_{phi:g}": _set_filling_factor(deepcopy(sample), phi)
+            for phi in study_block.filling_factor
+        }
+    templates = {}
+    for name, body in study_block.bodies.items():
         block = plain(body.model_dump(mode="json"))
-        other = shift_seeds(deepcopy(block), OTHER)
-        found[name] = deepcopy(sample) | {"target": block, "projectile": other}
-    return found or {SAMPLE: deepcopy(sample)}
+        projectile = shift_seeds(deepcopy(block), OTHER)
+        templates[name] = deepcopy(sample) | {"target": block, "projectile": projectile}
+    return templates or {SAMPLE: deepcopy(sample)}
 
 
-def _filled(sample: dict, phi: float) -> dict:
+def _set_filling_factor(sample: dict, phi: float) -> dict:
     """The sample with a filling factor in place of those of its bodies; in place."""
     for _, block in find_keys(sample, "filling_factor"):
         block["filling_factor"] = phi

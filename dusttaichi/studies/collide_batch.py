@@ -7,7 +7,6 @@ from typing import Any
 
 from dusttaichi.errors import DustError, GuardStop, Interrupted, StartError
 from dusttaichi.grains.build import make
-from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.result_store import CHECKPOINT
@@ -22,20 +21,21 @@ class Waiting:
     """Collisions that wait: an iterator whose next item is known."""
 
     def __init__(self, collisions: Iterable[Collision]):
-        self._others, self._next = iter(collisions), None
+        self._collisions = iter(collisions)
+        self._next: Collision | None = None
 
     @property
     def is_empty(self) -> bool:
         """True where none waits any more."""
-        self._next = self._next or next(self._others, None)
+        self._next = self._next or next(self._collisions, None)
         return self._next is None
 
     def take(self, fits: Callable[[Collision], bool]) -> Collision | None:
         """The next one if fits(collision), else None."""
-        if self.is_empty or not fits(self._next):
+        if self.is_empty or self._next is None or not fits(self._next):
             return None
-        taken, self._next = self._next, None
-        return taken
+        collision, self._next = self._next, None
+        return collision
 
 
 class Batch:
@@ -49,7 +49,7 @@ class Batch:
     def __init__(self, waiting, answer, *, abreast, room, signals):
         self.waiting, self.abreast, self.room, self.answer = waiting, abreast, room, answer
         self.signals, self.live = signals, []
-        self.run: GrainEngine | None = None
+        self.run: Any = None
 
     def make(self) -> None:
         """All collisions that wait and have the key of the first, until a signal comes.
@@ -60,9 +60,10 @@ class Batch:
             self._fill()
             if not self.live:
                 return
-            steps = min(collision.due - collision.step for collision in self.live)
+            steps = min(collision.next_step for collision in self.live) - self.run.step
             self.run.advance(min(steps, max(LEAST, PAUSE // self.run.size)))
-            self._resume([collision for collision in self.live if collision.due == collision.step])
+            step = self.run.step
+            self._resume([collision for collision in self.live if collision.next_step == step])
         for collision, state in zip(self.live, self._states(), strict=True):
             self.answer(collision.label, {CHECKPOINT: collision.save(state)}, Interrupted())
 
@@ -92,9 +93,9 @@ class Batch:
         inside = self.live + entering
         if not inside:
             return True
-        grains = sum(len(other.sample) for other in (*inside, collision))
-        same = collision.batch_key == inside[0].batch_key
-        return same and len(inside) < self.abreast and grains <= self.room
+        grains = sum(len(member.sample) for member in (*inside, collision))
+        fits_kernels = collision.batch_key == inside[0].batch_key
+        return fits_kernels and len(inside) < self.abreast and grains <= self.room
 
     def _compose(self, entering):
         """A simulation of those under way and of others, which begin or continue a checkpoint."""
@@ -105,18 +106,18 @@ class Batch:
         self.live = [*self.live, *entering]
         scene, radius = self.live[0].scene, self.live[0].scene.material.radius
         sample = join_members([collision.sample for collision in self.live], radius)
-        self.run = make(scene, sample, step=self.live[0].chosen)
+        self.run = make(scene, sample, step=self.live[0].time_step)
         members = self.run.members
         fresh = [member for member, state in enumerate(states) if state is None]
-        begun = members.measure(fresh)
+        first_measurements = members.measure(fresh)
         if len(fresh) < len(states):
             self._put({member: state for member, state in enumerate(states) if state is not None})
         for member, collision in enumerate(self.live):
             collision.enter(self.run, member)
         beginning = [self.live[member] for member in fresh]
-        for collision, measurement in zip(beginning, begun, strict=True):
+        for collision, measurement in zip(beginning, first_measurements, strict=True):
             collision.begin(measurement)
-        self._resume(beginning, begun)
+        self._resume(beginning, first_measurements)
 
     def _put(self, states):
         """Continue the States of members, by their numbers."""

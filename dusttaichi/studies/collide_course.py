@@ -34,19 +34,10 @@ LEAST = 50  # steps between two looks, at least
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 ROUNDED = 13  # digits of a speed that decides about a time step: centres of mass round
 # attributes of a collision under way that a checkpoint has, values of JSON
-PROGRESS = (
-    "first",
-    "facts",
-    "initial_velocity",
-    "normal",
-    "_nearest",
-    "touch",
-    "end",
-    "flight",
-    "due",
+PROGRESS = tuple(
+    "first facts initial_velocity normal _nearest touch end flight next_examination next_look "
+    "looks unchanged fragment_sizes lost lost_before phase_ends _records _positions".split()
 )
-PROGRESS += ("next_look", "looks", "unchanged", "fragment_sizes", "lost", "lost_before")
-PROGRESS += ("phase_ends", "_records", "_positions")
 
 
 class Collision(Encounter):
@@ -54,14 +45,18 @@ class Collision(Encounter):
 
     label; scene, sample: Sample; phases: whether the losses of compression and of stretching are
     measured, every SHORT steps; files: whether its row has its `course`; checkpoint: what
-    `save` returned, from which it continues. chosen: its TimeStep. masses [kg], radii [m]: of the
-    grains (N,). bodies: grains of each. now, first: Measurement now and of the start. due: step of
-    the next look. phase_ends: energy dissipated [J] from the first touch to the ends of compression
-    and of stretching, as far as they are over; lost, lost_before: from the start to the last look
-    at them and to the touch. Raises DustError for speeds that its contacts are not for.
+    `save` returned, from which it continues. time_step: its TimeStep. masses [kg], radii [m]: of
+    the grains (N,). bodies: grains of each. measurement, first: Measurement now and of the start.
+    next_examination: its step. phase_ends: energy dissipated [J] from the first touch to the ends
+    of compression and of stretching, as far as they are over; lost, lost_before: from the start to
+    the last look at them and to the touch. Raises DustError for speeds that its contacts are not
+    for.
     """
 
     step_key = "numerics.time_step"
+    first: Measurement
+    phase_ends: list[float]
+    _records: list[tuple]
 
     def __init__(self, label, scene, sample, *, phases=False, files=False, checkpoint=None):
         self.label, self.scene, self.sample, self.phases = label, scene, sample, phases
@@ -70,13 +65,13 @@ class Collision(Encounter):
         self.masses = np.broadcast_to(materials.masses(sample), count)
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
         self.bodies = np.split(np.arange(count), [sample.info["target_grains"]])
-        self.chosen = _chosen_step(scene, sample)
+        self.time_step = _chosen_step(scene, sample)
 
     @property
     def batch_key(self):
         """The same for all that may be side by side: time step, whether its grains are equal."""
         sample = self.sample
-        return self.chosen.dt, sample.radii is None and sample.materials is None
+        return self.time_step.dt, sample.radii is None and sample.materials is None
 
     # -- from one simulation to another ----------------------------------------------------------
 
@@ -102,7 +97,7 @@ class Collision(Encounter):
     def enter(self, run: GrainEngine, member: int) -> None:
         """Continue as a member of a GrainEngine, after `passed` steps."""
         self.run, self.member, self.units = run, member, run.units
-        self._before = self.passed - run.step
+        self._steps_before = self.passed - run.step
         self.dt, self.channels = run.dt * run.units("s"), run.channels
 
     def leave(self) -> None:
@@ -111,16 +106,16 @@ class Collision(Encounter):
 
     def begin(self, first: Measurement) -> None:
         """Begin at its first step; first: the Measurement."""
-        self.now = self.first = first
+        self.measurement = self.first = first
         self.start()
-        info, dt, self.normal = self.sample.info, self.dt, None
+        info, dt, self.normal = self.sample.info, self.dt, np.full(3, np.nan)
         self.flight = self.touch = 0
         if info["hit"]:
             distance = info["target_outer_radius"] + info["projectile_outer_radius"]
             self.flight = max(LEAST, round(distance / info["speed"] / LOOKS / dt))
             self.touch = int(info["time_to_touch"] / dt)
         self.end = self.touch + round(self.scene.stop.time / dt)
-        self.due = self.next_look = min(self.touch, self.end)
+        self.next_examination = self.next_look = min(self.touch, self.end)
         self.looks = self.unchanged = 0
         self.fragment_sizes = self.lost = self.lost_before = None
         self.phase_ends, self._records, self._positions = [], [], [self._position().tolist()]
@@ -131,7 +126,12 @@ class Collision(Encounter):
     @property
     def step(self):
         """Steps since its start."""
-        return self.run.step + self._before
+        return self.run.step + self._steps_before
+
+    @property
+    def next_step(self):
+        """Step of its GrainEngine at which it is examined next."""
+        return self.next_examination - self._steps_before
 
     @property
     def time(self):
@@ -151,7 +151,7 @@ class Collision(Encounter):
 
     def measure_relative_motion(self):
         """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
-        (x1, x2), (v1, v2) = self.now.parts["centre"], self.now.parts["velocity"]
+        (x1, x2), (v1, v2) = self.measurement.parts["centre"], self.measurement.parts["velocity"]
         return np.array([x1 - x2, v1 - v2]) * [[self.units("m")], [self.units("m/s")]]
 
     def are_bound(self):
@@ -179,14 +179,14 @@ class Collision(Encounter):
         """Positions of its grains [m], (n, 3)."""
         return self.run.members.motion(self.member)[0] * self.units("m")
 
-    def dissipated(self):
+    def measure_dissipated(self):
         """Energy dissipated since the start [J]."""
-        return float((self.now.losses - self.first.losses).sum() * self.units("J"))
+        return float((self.measurement.losses - self.first.losses).sum() * self.units("J"))
 
     # -- the course ------------------------------------------------------------------------------
 
-    def resume(self, now: Measurement) -> dict[str, Any] | None:
-        """Continue with the Measurement of the present step, that of `due`: the row at the end.
+    def resume(self, measurement: Measurement) -> dict[str, Any] | None:
+        """Continue with the Measurement of the step of `next_examination`: the row at the end.
 
         outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after
         the first touch; fragments, masses: grains and shares of the total mass of all of them,
@@ -199,7 +199,7 @@ class Collision(Encounter):
         target and the projectile (within the characteristic radius); mass_ratio, grains. None
         before the end. Raises GuardStop.
         """
-        self.now = now
+        self.measurement = measurement
         if self.files:
             self._record()
         if not self.sample.info["hit"]:
@@ -215,10 +215,10 @@ class Collision(Encounter):
 
         It is over where the fragments have not changed for a while, or stop.time after the touch.
         """
-        if self.step < self.due:
+        if self.step < self.next_examination:
             return True
         if self.lost_before is None:
-            self.lost = self.lost_before = self.dissipated()
+            self.lost = self.lost_before = self.measure_dissipated()
         else:
             if self.phases and len(self.phase_ends) < 2:
                 self._look_at_phases()
@@ -229,7 +229,9 @@ class Collision(Encounter):
         if self.step == self.next_look:
             self.next_look = min(self.step + self.flight, self.end)
         is_short = self.phases and len(self.phase_ends) < 2
-        self.due = min(self.step + SHORT, self.next_look) if is_short else self.next_look
+        self.next_examination = (
+            min(self.step + SHORT, self.next_look) if is_short else self.next_look
+        )
         return True
 
     def _look_at_fragments(self):
@@ -239,7 +241,7 @@ class Collision(Encounter):
         if self.looks % EVERY:
             return
         start = method.Start.from_measurement(self.first)
-        ledger.check(self, self.now, start, self.scene.numerics.ledger_tolerance)
+        ledger.check(self, self.measurement, start, self.scene.numerics.ledger_tolerance)
         sizes = np.bincount(self.label_grains()).tolist()
         # before anything sticks or breaks there are two bodies as well
         is_unchanged = sizes == self.fragment_sizes and self.looks > LOOKS
@@ -249,11 +251,11 @@ class Collision(Encounter):
     def _look_at_phases(self):
         """Note the losses of compression and of stretching where these end."""
         line, velocity = self.measure_relative_motion()
-        lost, before = self.dissipated(), self.lost
+        lost, lost_at_last_look = self.measure_dissipated(), self.lost
         self.lost = lost
         # the direction changes between the last two times: the mean of both
         if (line @ velocity > 0.0) != bool(self.phase_ends):
-            self.phase_ends.append(0.5 * (before + lost) - self.lost_before)
+            self.phase_ends.append(0.5 * (lost_at_last_look + lost) - self.lost_before)
         elif self.phase_ends and not self.are_bound():
             self.phase_ends.append(lost - self.lost_before)
 
@@ -261,7 +263,7 @@ class Collision(Encounter):
 
     def _record(self):
         """Note the energies [J] and the distance of the bodies [m] now."""
-        J, m = self.units("J"), self.now
+        J, m = self.units("J"), self.measurement
         distance = float(np.linalg.norm(self.measure_relative_motion()[0]))
         losses = ((m.losses - self.first.losses) * J).tolist()
         change = float((m.potential - self.first.potential) * J)
@@ -293,7 +295,7 @@ class Collision(Encounter):
 
     def _measure_end(self):
         """Columns known at the end."""
-        fragments, m, J = self.find_fragments(), self.now, self.units("J")
+        fragments, m, J = self.find_fragments(), self.measurement, self.units("J")
         outcome, ends = classify_outcome(fragments, self.masses, self.bodies), self.phase_ends
         residual = ledger.ledger(m, method.Start.from_measurement(self.first))[0] * J
         growth = compute_growth_efficiency(fragments, self.masses, self.bodies)
@@ -308,7 +310,7 @@ class Collision(Encounter):
             "loss": dict(zip(self.channels, (m.losses * J).tolist(), strict=True)),
             "compression_loss": ends[0] if ends else None,
             "stretching_loss": ends[1] - ends[0] if len(ends) > 1 else None,
-            "collision_loss": self.dissipated() - self.lost_before,
+            "collision_loss": self.measure_dissipated() - self.lost_before,
             "kinetic": float(m.kinetic * J),
             "potential": float((m.potential - self.first.potential) * J),
             "residual": float(residual / self.facts["impact_energy"]),

@@ -52,7 +52,7 @@ def build_course_dataset(course: Mapping[str, Any]) -> xr.Dataset:
     units |= dict.fromkeys(("radius", "position"), "m")
     for name in data.variables:
         if name not in ("channel", "body", "fragment"):
-            data[name].attrs["units"] = units.get(name, "J")
+            data[name].attrs["units"] = units.get(str(name), "J")
     data.attrs = {"moment": "start and end"}
     return data
 

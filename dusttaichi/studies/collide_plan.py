@@ -90,11 +90,11 @@ def plan_of(scene):
     """The Plan of a scene with a block `collisions`. Makes a sample of each body and mass ratio."""
     study = Collisions(scene, scene.output.directory)
     speeds = tuple(sorted(study.axes["speed"]))
-    others = len(study.axes["impact_parameter"]) * len(study.axes["seed"])
+    pairs = len(study.axes["impact_parameter"]) * len(study.axes["seed"])
     grains, impacts, refused = [], [], set()
     steps, seconds = 0, np.zeros(3)
     for sample_scene, sample in study.samples_at(speeds[-1]):
-        table, each = ContactTable.for_sample(sample_scene, sample), 0
+        table, steps_each = ContactTable.for_sample(sample_scene, sample), 0
         impacts.append(hardest_impact(table.extreme_pairs, speeds[-1]))
         grains.append(len(sample))
         for speed in speeds:
@@ -107,11 +107,11 @@ def plan_of(scene):
                 refused.add(speed)
                 continue
             time = sample.info["gap"] / speed + sample_scene.stop.time
-            each += ceil(time / dt)
+            steps_each += ceil(time / dt)
         # further speeds are between those of the study
-        each = round(each * (1.0 + study.refine / len(speeds)))
-        steps += each * others
-        seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), each * others)
+        steps_each = round(steps_each * (1.0 + study.refine / len(speeds)))
+        steps += steps_each * pairs
+        seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), steps_each * pairs)
     count, cores, batch = len(study.requests()), count_cores(study.base), study.side_by_side
     return Plan(
         {name: len(values) for name, values in study.axes.items()},
@@ -123,6 +123,6 @@ def plan_of(scene):
         tuple(seconds.tolist()),
         min(count, max(1, usable_cores() // (cores or usable_cores()))),
         min(count, batch["abreast"], max(1, batch["room"] // min(grains))),
-        max(impacts, key=lambda one: one.overlap),
+        max(impacts, key=lambda impact: impact.overlap),
         tuple(sorted(refused)),
     )

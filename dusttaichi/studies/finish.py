@@ -91,10 +91,10 @@ def find_collision_failure(point_results: Mapping[str, PointResult]) -> DustErro
         return None
     beginning = f"{len(failed)} of {len(point_results)} collisions failed"
     if len(failed) == len(point_results):
-        return DustError(f"{beginning} (--resume tries them again). The first: {failed[0]}")
+        return DustError(f"{beginning} (--resume repeats them). The first: {failed[0]}")
     return DustError(
-        f"{beginning} and are left out of the means, which then underrepresent violent ones "
-        f"(--resume tries them again). The first: {failed[0]}"
+        f"{beginning}; the means are without these, which are mostly violent ones (--resume "
+        f"repeats them). The first: {failed[0]}"
     )
 
 

@@ -15,14 +15,17 @@ LEAST_STEP_TIME = 1e-6  # s for a step of few particles on a CPU
 FIRST_STEPS = 20  # steps, the first of a measurement
 
 
-def estimate_step_time(scene: Scene, size: int) -> tuple[float, float, float]:
-    """(least, likely, most) seconds of a step of `size` particles: an order of magnitude."""
+def estimate_step_terms(scene: Scene) -> tuple[float, float]:
+    """Seconds of a step of few particles, and of a step per particle: an order of magnitude."""
     scene_method = method.find_method(scene)
     on_cpu = getattr(scene.numerics, "backend", "cpu") == "cpu"
-    least, per_particle = (
-        (LEAST_STEP_TIME, scene_method.seconds) if on_cpu else scene_method.device_seconds
-    )
-    seconds = least + per_particle * size
+    return (LEAST_STEP_TIME, scene_method.seconds) if on_cpu else scene_method.device_seconds
+
+
+def estimate_step_time(scene: Scene, size: int) -> tuple[float, float, float]:
+    """(least, likely, most) seconds of a step of `size` particles: an order of magnitude."""
+    few_particles, per_particle = estimate_step_terms(scene)
+    seconds = few_particles + per_particle * size
     return seconds / ESTIMATE_FACTOR, seconds, seconds * ESTIMATE_FACTOR
 
 

@@ -292,7 +292,7 @@ def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
         dust("collide", path, "-o", tmp_path / "out")
     output = capsys.readouterr().err
     assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in output
-    assert "Two grains may meet at most 200 m/s" in output
+    assert "The fastest impact of two grains is at most 200 m/s" in output
 
 
 def test_parts_of_a_study_make_the_whole(finished_study, capsys):

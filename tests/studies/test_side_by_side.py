@@ -221,7 +221,7 @@ def test_members_do_not_see_each_other():
     """Even where the search finds them in the same cells; one at rest touches nothing."""
     one = collision_of(0)
     sim = build(
-        one.scene, join_members([one.sample] * 3, one.scene.material.radius), step=one.chosen
+        one.scene, join_members([one.sample] * 3, one.scene.material.radius), step=one.time_step
     )
     members, count = sim.members, len(one.sample)
     sim.grain_state["origin"] = np.zeros((sim.size, 3))
