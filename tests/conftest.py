@@ -169,8 +169,8 @@ def launches(monkeypatch):
     """Loops of the kind "launches" are those of launches.py, which the CPU can make."""
     from launches import advance_by
 
-    for room in ("continuum", "grains"):
-        monkeypatch.setattr(f"dusttaichi.{room}.compiled.advance_by", advance_by)
+    for module in ("continuum.compiled_dust", "grains.compiled_grains"):
+        monkeypatch.setattr(f"dusttaichi.{module}.advance_by", advance_by)
 
 
 @pytest.fixture
