@@ -3,7 +3,7 @@
 Lengths are in any common unit. Positions are (N, 3), in the order x, y, z.
 """
 
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy
@@ -44,7 +44,12 @@ def nearest_image(d: ArrayLike, period: ArrayLike, tilt: float = 0.0) -> NDArray
     return vectors
 
 
-def pairs_within(positions, radii, factor=1.0, period=None):
+def pairs_within(
+    positions: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    factor: float = 1.0,
+    period: ArrayLike | None = None,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Pairs i < j no farther apart than `factor` times the sum of their radii: i, j, distance.
 
     positions: (N, D); radii: (N,); period: edges (D,) of a periodic cell around the positions. The
@@ -254,13 +259,13 @@ def _with_images(positions, edges, reach):
     return positions, images
 
 
-def radius_of_gyration(positions):
+def radius_of_gyration(positions: ArrayLike) -> float:
     """Root of the mean square distance of the centres from their mean [length]."""
     positions = np.asarray(positions, dtype=float)
     return float(np.sqrt(np.mean(np.sum((positions - positions.mean(axis=0)) ** 2, axis=1))))
 
 
-def label_components(pairs, count):
+def label_components(pairs: ArrayLike, count: int) -> tuple[int, NDArray[np.intp]]:
     """(number of fragments, fragment of each of `count` points (count,)).
 
     pairs: (C, 2) connected points. Fragments are numbered in the order of their first points.
@@ -287,7 +292,7 @@ def are_in_same_fragment(label, masses, bodies):
     return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in masses_by_fragment)).any())
 
 
-def heaviest_first(label, masses):
+def heaviest_first(label: NDArray[np.integer], masses: NDArray[Any]) -> NDArray[np.intp]:
     """Labels of fragments in order of decreasing mass, equal ones in that of the labels.
 
     label, masses: fragment and mass of each point, (N,).
@@ -307,7 +312,9 @@ SHELLS = 8  # radii of the fit
 MOST_DISTANCES = 2e7  # between centres and all grains: below a second
 
 
-def grains_within(positions, radius, gyration):
+def grains_within(
+    positions: NDArray[np.float64], radius: ArrayLike, gyration: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """(R, N), (SHELLS,) each: mean number N of other grains within R of a grain of the core.
 
     None for bodies that are too small.
@@ -334,12 +341,14 @@ def grains_within(positions, radius, gyration):
     return None if counts[0] == 0 else (radii, counts / len(core))
 
 
-def power(x, y):
+def power(x: ArrayLike, y: ArrayLike) -> float:
     """The exponent of y ~ x^D by least squares in the logarithms."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
-def rigid_rotation(spin, x, mass):
+def rigid_rotation(
+    spin: ArrayLike, x: NDArray[np.float64], mass: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass.
 
     x: positions (n, 3), mass (n, 1). Units that match.

@@ -1,10 +1,18 @@
 """Bodies in a periodic cell in one piece, and those that are connected to their own images."""
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 
-def unwrap_fragments(positions, pairs, starts, nearest):
+def unwrap_fragments(
+    positions: NDArray[np.float64],
+    pairs: ArrayLike,
+    starts: ArrayLike,
+    nearest: Callable[..., NDArray[np.float64]],
+) -> NDArray[np.float64]:
     """Positions (N, 3) for which fragments are not cut by the faces of a periodic cell.
 
     pairs: (C, 2) connected points. starts: a point of each fragment, which does not move; other
@@ -13,7 +21,7 @@ def unwrap_fragments(positions, pairs, starts, nearest):
     count = len(positions)
     ends = np.asarray(pairs, int).reshape(-1, 2)
     # a point beside the others, connected to the starts: a single search reaches all fragments
-    roots = np.column_stack([np.full(len(starts), count), starts]).astype(int)
+    roots = np.column_stack([np.full(np.size(starts), count), starts]).astype(int)
     i, j = np.concatenate([ends, roots]).T
     graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=(count + 1,) * 2)
     parent = scipy.sparse.csgraph.breadth_first_order(graph.tocsr(), count, directed=False)[1]
@@ -28,7 +36,13 @@ def unwrap_fragments(positions, pairs, starts, nearest):
     return positions + moved[:count]
 
 
-def crossings(positions, pairs, nearest, period, tilt=0.0):
+def crossings(
+    positions: NDArray[np.float64],
+    pairs: ArrayLike,
+    nearest: Callable[..., NDArray[np.float64]],
+    period: NDArray[np.float64],
+    tilt: float = 0.0,
+) -> NDArray[np.int64]:
     """Numbers of edges (C, 3) by which pairs are apart beyond their nearest images.
 
     They are zero throughout a fragment that is unwrapped, unless it is connected to its own

@@ -47,6 +47,7 @@ from dusttaichi.samples.sample_registry import (
 )
 from dusttaichi.samples.touching import AT_REST
 from dusttaichi.scene import quantities
+from dusttaichi.scene.fields import AnyScene
 
 __all__ = [
     "AnySample", "Cell", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "find_cell",
@@ -58,7 +59,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-def make(scene) -> Sample:
+def make(scene: AnyScene) -> Sample:
     """Sample of a scene with its pushes, in SI; its info has its origin and its measures.
 
     Raises
@@ -105,7 +106,7 @@ def _with_remark(sample: Sample, text: str) -> Sample:
     return replace(sample, info=info)
 
 
-def _remark_on_gaps(sample: Sample, scene) -> Sample:
+def _remark_on_gaps(sample: Sample, scene: AnyScene) -> Sample:
     """The sample, with a remark if no two grains touch: a unit or a radius may be wrong."""
     touching = sample.info.get("touching", {}).get("contacts", 0)  # across faces too
     if len(sample) < 2 or touching or sample.info.get("coordination") != 0.0:

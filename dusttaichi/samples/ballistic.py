@@ -1,7 +1,11 @@
 """Straight flight until first contact: of grains shot at an aggregate, and of two bodies."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from dusttaichi.physics.near import near
 from dusttaichi.samples.mixture import Grains
@@ -9,18 +13,22 @@ from dusttaichi.samples.sample import ROUNDING
 from dusttaichi.scene.making import tell
 
 
-def random_directions(rng, n: int) -> np.ndarray:
+def random_directions(rng: np.random.Generator, n: int) -> np.ndarray:
     """Unit vectors (n, 3), uniform over the sphere."""
     vectors = rng.normal(size=(n, 3))
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    values: NDArray[Any] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return values
 
 
-def random_rotations(rng, n: int) -> np.ndarray:
+def random_rotations(rng: np.random.Generator, n: int) -> np.ndarray:
     """Rotation matrices (n, 3, 3), uniform over all orientations."""
-    return scipy.spatial.transform.Rotation.from_quat(rng.normal(size=(n, 4))).as_matrix()
+    values: NDArray[Any] = scipy.spatial.transform.Rotation.from_quat(
+        rng.normal(size=(n, 4))
+    ).as_matrix()
+    return values
 
 
-def random_in_disc(rng, n: int) -> np.ndarray:
+def random_in_disc(rng: np.random.Generator, n: int) -> np.ndarray:
     """Points (n, 2), uniform over the unit disc."""
     angle, reach = 2 * np.pi * rng.random(n), np.sqrt(rng.random(n))
     return np.column_stack([reach * np.cos(angle), reach * np.sin(angle)])
@@ -35,7 +43,9 @@ def find_perpendicular(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.cross(directions, first)
 
 
-def flight_length(along, across_squared, distance) -> np.ndarray:
+def flight_length(
+    along: NDArray[np.float64], across_squared: NDArray[np.float64], distance: Any
+) -> np.ndarray:
     """Length of flight until two centres are `distance` apart; inf where they pass each other.
 
     along: component of the vector to the target's centre in the direction of flight [m];
@@ -47,7 +57,13 @@ def flight_length(along, across_squared, distance) -> np.ndarray:
     )
 
 
-def first_hits(targets, starts, directions, distance: float, longest: float) -> np.ndarray:
+def first_hits(
+    targets: NDArray[np.float64],
+    starts: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    distance: float,
+    longest: float,
+) -> np.ndarray:
     """Length of flight (M,) [m] until each flying grain first touches a target; inf for a miss.
 
     targets: centres (N, 3); starts, directions: (M, 3), the starts out of reach of all targets.
@@ -84,7 +100,12 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
     return hit
 
 
-def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray:
+def first_touch(
+    targets: NDArray[np.float64],
+    projectiles: NDArray[np.float64],
+    distance: float,
+    radii: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> np.ndarray:
     """Length of flight along -z until each projectile touches its target, (C,) [m]; inf: never.
 
     targets: centres (C, N, 3); projectiles: (C, M, 3), one body each; distance: between the
@@ -97,7 +118,7 @@ def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray
     low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
     site = np.arange(len(flat)) * (high[0] - low[0] + 2 * distance)
 
-    def seen(bodies):
+    def seen(bodies: NDArray[np.float64]) -> scipy.spatial.cKDTree:
         points = bodies[..., :2].copy()
         points[..., 0] += site[:, None]
         return scipy.spatial.cKDTree(points.reshape(-1, 2))
@@ -127,7 +148,7 @@ class Aggregate:
     disc.
     """
 
-    def __init__(self, first: Grains, impact_parameter=None) -> None:
+    def __init__(self, first: Grains, impact_parameter: float | None = None) -> None:
         self.positions, self.grains = np.zeros((1, 3)), first
         self.impact = impact_parameter
 
@@ -136,7 +157,7 @@ class Aggregate:
         """Distance of the farthest centre from the first grain [m]."""
         return float(np.sqrt((self.positions**2).sum(axis=1)).max())
 
-    def add(self, body, grains: Grains, rng) -> None:
+    def add(self, body: NDArray[np.float64], grains: Grains, rng: np.random.Generator) -> None:
         """Shoot a body (n, 3) of grains, about its centre, at the aggregate."""
         x, count = self.positions, len(self.positions)
         together = self.grains.join([grains])
@@ -152,12 +173,18 @@ class Aggregate:
         """Centre the positions about the centre of the grains' volume, (N, 3) [m]."""
         return self.positions - self._centre()
 
-    def _centre(self):
+    def _centre(self) -> NDArray[np.float64]:
         volume = self.grains.radii**3
-        return volume @ self.positions / volume.sum()
+        values: NDArray[np.float64] = volume @ self.positions / volume.sum()
+        return values
 
 
-def grow_aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> np.ndarray:
+def grow_aggregate(
+    grains: Grains,
+    rng: np.random.Generator,
+    cluster: int = 1,
+    impact_parameter: float | None = None,
+) -> np.ndarray:
     """Grow centres (N, 3) [m] by particle-cluster aggregation, about the centre of their volume.
 
     cluster: grains of each projectile; if more than one, a cluster grown by `grow_clusters`.
@@ -172,7 +199,13 @@ def grow_aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None)
     return out.centre_positions()
 
 
-def _shoot(targets, flying, about, impact, rng):
+def _shoot(
+    targets: NDArray[np.float64],
+    flying: tuple[NDArray[np.float64], NDArray[np.float64]],
+    about: tuple[NDArray[np.float64], float],
+    impact: float | None,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
     """Shoot a body from afar, again after a miss: its final positions (n, 3).
 
     flying: its centres about their mean (n, 3), and distances at contact with each target (n,
@@ -194,11 +227,17 @@ def _shoot(targets, flying, about, impact, rng):
         hits = flight_length(along, square, touch).min(axis=(1, 2))
         hit = np.flatnonzero(np.isfinite(hits))
         if len(hit):
-            return starts[hit[0]] + turned + hits[hit[0]] * directions[hit[0]]
+            values: NDArray[np.float64] = (
+                starts[hit[0]] + turned + hits[hit[0]] * directions[hit[0]]
+            )
+            return values
 
 
 def grow_clusters(
-    grains: Grains, rng, mass_ratio: float = 1.0, report=lambda done, total: None
+    grains: Grains,
+    rng: np.random.Generator,
+    mass_ratio: float = 1.0,
+    report: Callable[[int, int], object] = lambda done, total: None,
 ) -> np.ndarray:
     """Grow centres (N, 3) [m] about their mean by cluster-cluster aggregation of any grains.
 
@@ -207,7 +246,7 @@ def grow_clusters(
     """
     finished, total = 0, len(grains)
 
-    def grow(grains):
+    def grow(grains: Grains) -> NDArray[np.float64]:
         nonlocal finished
         count = len(grains)
         if count == 1:
@@ -218,12 +257,18 @@ def grow_clusters(
         first = np.arange(count) < max(larger, count - larger)
         first_body, second_body = (grow(grains.select(members)) for members in (first, ~first))
         joined = np.concatenate(_collide(first_body, second_body, grains, rng))
-        return joined - joined.mean(axis=0)
+        values: NDArray[np.float64] = joined - joined.mean(axis=0)
+        return values
 
     return grow(grains)
 
 
-def _collide(target, projectile, grains: Grains, rng):
+def _collide(
+    target: NDArray[np.float64],
+    projectile: NDArray[np.float64],
+    grains: Grains,
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Collide two bodies, rotated at random; the second flies at the first along -z."""
     widest = _widest_touch(len(target), grains)
     reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (target, projectile)) + widest
@@ -247,7 +292,7 @@ def _widest_touch(count: int, grains: Grains) -> float:
     """Largest distance at contact of one of the first `count` grains and another one [m]."""
     rows = np.arange(len(grains))
 
-    def largest(body):
+    def largest(body: NDArray[np.integer]) -> NDArray[np.integer]:
         """Largest grain of each material in a body: no other one reaches farther."""
         groups = (body[grains.numbers[body] == n] for n in np.unique(grains.numbers[body]))
         return np.array([group[grains.radii[group].argmax()] for group in groups])
@@ -256,8 +301,12 @@ def _widest_touch(count: int, grains: Grains) -> float:
     return float(np.max(grains.distance(second[:, None], first[None])))
 
 
-def _facing_pairs(flying, still, widest):
+def _facing_pairs(
+    flying: NDArray[np.float64], still: NDArray[np.float64], widest: float
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Pairs of grains of two bodies that can meet in a flight along z; all of small bodies."""
     if len(flying) * len(still) <= ALL_PAIRS:
-        return np.indices((len(flying), len(still)))
-    return near(flying[:, :2], still[:, :2], widest * (1 + ROUNDING))[:2]
+        i, j = np.indices((len(flying), len(still)))
+        return i, j
+    i, j, _ = near(flying[:, :2], still[:, :2], widest * (1 + ROUNDING))
+    return i, j

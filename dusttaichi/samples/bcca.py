@@ -9,10 +9,10 @@ of Okuzumi et al. (2009), but each has grown independently.
 """
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import ballistic
@@ -21,7 +21,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
-from dusttaichi.scene.fields import Count, Number
+from dusttaichi.scene.fields import Count, Field, Number
 from dusttaichi.scene.making import tell
 
 MOST_GRAINS = 2**20  # a minute or two
@@ -42,7 +42,7 @@ class BccaSample(MixtureBlock):
     )
 
 
-def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
+def generations(grains: int, distance: float, rng: np.random.Generator) -> Iterator[np.ndarray]:
     """Clusters (C, n, 3) [m] of n = 1, 2, 4, ... grains, C = grains/n of them.
 
     grains: a power of two; distance: between the centres of grains that touch [m]. Each cluster
@@ -56,7 +56,9 @@ def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
         yield clusters
 
 
-def collide(targets: np.ndarray, projectiles: np.ndarray, distance: float, rng) -> np.ndarray:
+def collide(
+    targets: np.ndarray, projectiles: np.ndarray, distance: float, rng: np.random.Generator
+) -> np.ndarray:
     """Hit and stick: from bodies (C, n, 3) and (C, m, 3) to (C, n + m, 3).
 
     All bodies are centred at their centres of mass, before and after.
@@ -73,16 +75,19 @@ def collide(targets: np.ndarray, projectiles: np.ndarray, distance: float, rng) 
         second[hit, :, 2] -= flight[hit, None]
         joined[waiting[hit]] = np.concatenate([first[hit], second[hit]], axis=1)
         waiting = waiting[~hit]
-    return joined - joined.mean(axis=1, keepdims=True)
+    values: NDArray[Any] = joined - joined.mean(axis=1, keepdims=True)
+    return values
 
 
-def _rotate_randomly(bodies, rng) -> np.ndarray:
-    return np.einsum("cij,cnj->cni", random_rotations(rng, len(bodies)), bodies)
+def _rotate_randomly(bodies: Any, rng: np.random.Generator) -> np.ndarray:
+    values: NDArray[Any] = np.einsum("cij,cnj->cni", random_rotations(rng, len(bodies)), bodies)
+    return values
 
 
-def _outer(bodies) -> np.ndarray:
+def _outer(bodies: Any) -> np.ndarray:
     """Distance of the farthest centre from the origin, (C,)."""
-    return np.sqrt((bodies**2).sum(axis=2)).max(axis=1)
+    values: NDArray[Any] = np.sqrt((bodies**2).sum(axis=2)).max(axis=1)
+    return values
 
 
 @register(BccaSample)

@@ -3,16 +3,14 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
-from dusttaichi.physics.geometry import AXES
+from dusttaichi.physics.geometry import AXES, AxisName
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import Seed
-from dusttaichi.scene.boundary import AxisName
-from dusttaichi.scene.fields import Count
+from dusttaichi.scene.fields import Count, Field
 
 
 class ChainSample(MixtureBlock):
@@ -21,7 +19,7 @@ class ChainSample(MixtureBlock):
     kind: Literal["chain"]
     grains: Count = Field(description="number of grains")
     axis: AxisName = Field("z", description="direction of the chain")
-    seed: Seed | None = Field(
+    seed: Seed | None = Field(  # type: ignore[assignment]  # not given by default: equal grains
         None, description="seed of the sizes and materials that are draw_grains, default 1"
     )
 

@@ -5,10 +5,11 @@ parameter is along +y, between the trajectories of the centres of mass. The comm
 at rest at the origin.
 """
 
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.samples.ballistic import first_touch, random_rotations
 from dusttaichi.samples.materials import Materials
@@ -22,7 +23,7 @@ from dusttaichi.samples.sample_registry import (
 )
 from dusttaichi.samples.side_by_side import join_contacts, join_grains
 from dusttaichi.samples.values import ImpactParameter, Seed
-from dusttaichi.scene.fields import AnyScene, Faults
+from dusttaichi.scene.fields import AnyScene, Faults, Field
 from dusttaichi.scene.quantities import Quantity
 
 # Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
@@ -56,7 +57,7 @@ class CollisionSample(SampleBlock):
     seed: Seed = Field(1, description="seed of the random orientations")
 
     @property
-    def body_blocks(self) -> dict[str, SampleBlock]:
+    def body_blocks(self) -> Mapping[str, SampleBlock]:
         return {"target": self.target, "projectile": self.projectile}
 
     def conflicts(self, scene: AnyScene) -> Faults:
@@ -81,10 +82,11 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
     polydisperse = target.radii is not None or projectile.radii is not None
-    masses = [materials.masses(s) if polydisperse else None for s in (target, projectile)]
+    masses = [materials.masses(s) for s in (target, projectile)]
+    weights = masses if polydisperse else [None, None]
     radii = [materials.radii_of(body) for body in (target, projectile)]
     first, second = (
-        _centre_body(*rows) for rows in zip((target, projectile), turns, masses, strict=True)
+        _centre_body(*rows) for rows in zip((target, projectile), turns, weights, strict=True)
     )
     outer = [
         float((np.linalg.norm(body.positions, axis=1) + r).max())
@@ -97,6 +99,7 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     if polydisperse:
         mass_fraction = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
     ahead = np.array([spec.speed, 0.0, 0.0])
+    unequal: dict[str, Any] = join_grains((first, second), radii) if polydisperse else {}
     colliding = Sample(
         np.concatenate(
             [
@@ -112,7 +115,7 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
         ),
         np.concatenate([first.spins, second.spins]),
         join_contacts((first, second)),
-        **(join_grains((first, second), radii) if polydisperse else {}),
+        **unequal,
     )
     colliding.info.update(
         kind="collision",
@@ -136,7 +139,9 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     return colliding
 
 
-def _place_projectile(positions, radii, impact: float, gap: float):
+def _place_projectile(
+    positions: Sequence[NDArray[np.float64]], radii: Sequence[Any], impact: float, gap: float
+) -> tuple[NDArray[np.float64], bool]:
     """Place the projectile: its centre of mass from the target's (3,) [m], and whether it hits.
 
     positions, radii: of the grains of the target and of the projectile, (N, 3) each, and one number
@@ -160,7 +165,9 @@ def _place_projectile(positions, radii, impact: float, gap: float):
     return separation, hit
 
 
-def _centre_body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
+def _centre_body(
+    sample: Sample, turn: np.ndarray, masses: NDArray[np.float64] | None = None
+) -> Sample:
     """Centre a sample about its centre of mass, and rotate it with its contacts."""
     contacts = None
     if sample.contacts is not None:

@@ -1,17 +1,20 @@
 """A box or an upright cylinder cut from a larger body, and its connected fragments."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import label_components
-from dusttaichi.samples.sample import extent
+from dusttaichi.samples.sample import Sample, extent
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 from dusttaichi.scene.fields import Faults
 
 ADVICE = "Use fewer grains, a smaller size, or an aspect closer to 1."
 
 
-def faults(block) -> Faults:
+def faults(block: Any) -> Faults:
     """Conflicts between grains, size, shape and aspect of a block that cuts."""
     yield from exactly_one(block, ("grains", "size"), "grains: 1000")
     if block.size is not None and shape_of(block.size) != block.shape:
@@ -28,7 +31,7 @@ def faults(block) -> Faults:
         yield "aspect", "it is allowed only together with grains"
 
 
-def proportions(spec, radius: float) -> np.ndarray:
+def proportions(spec: Any, radius: float | NDArray[np.float64]) -> np.ndarray:
     """Edges (x, y, z) of the cut [m], shape (3,); with a number of grains only their ratio matters.
 
     spec: shape, and size or aspect, of the scene. Raises DustError for a size too small for a
@@ -41,7 +44,7 @@ def proportions(spec, radius: float) -> np.ndarray:
     return size
 
 
-def check_size(size: np.ndarray, radius: float) -> None:
+def check_size(size: np.ndarray, radius: float | NDArray[np.float64]) -> None:
     """Raise DustError for a size (3,) [m] that no grain fits into."""
     if not (np.asarray(size) >= 2 * radius).all():
         raise DustError(
@@ -50,18 +53,25 @@ def check_size(size: np.ndarray, radius: float) -> None:
         )
 
 
-def in_um(size) -> str:
-    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " µm"
+def in_um(size: ArrayLike) -> str:
+    return " x ".join(f"{1e6 * edge:g}" for edge in np.asarray(size, float)) + " µm"
 
 
-def nothing_inside(size, radius: float, seed: int) -> DustError:
+def nothing_inside(size: ArrayLike, radius: float, seed: int) -> DustError:
     return DustError(
         f"sample.size: {in_um(size)} contains no whole grain of radius {radius * 1e6:g} µm with "
         f"seed {seed}; allowed: a larger size or another seed."
     )
 
 
-def scale(positions, shape: str, edges, radius: float, *, centred: bool = False) -> np.ndarray:
+def scale(
+    positions: NDArray[np.float64],
+    shape: str,
+    edges: NDArray[np.float64],
+    radius: float | NDArray[np.float64],
+    *,
+    centred: bool = False,
+) -> np.ndarray:
     """Factors (N,) on the edges of the cut with which each grain is just inside.
 
     The cut's axis is x = y = 0. Its bottom is at z = 0, or with `centred` its middle.
@@ -70,12 +80,20 @@ def scale(positions, shape: str, edges, radius: float, *, centred: bool = False)
     x, y, z = positions.T
     upwards = 2 * (np.abs(z) + radius) / height if centred else (z + radius) / height
     if shape == "cylinder":
-        return np.maximum(2 * (np.sqrt(x**2 + y**2) + radius) / width, upwards)
-    sideways = np.maximum((np.abs(x) + radius) / width, (np.abs(y) + radius) / depth)
-    return np.maximum(2 * sideways, upwards)
+        sideways = (np.sqrt(x**2 + y**2) + radius) / width
+    else:
+        sideways = np.maximum((np.abs(x) + radius) / width, (np.abs(y) + radius) / depth)
+    factors: NDArray[np.float64] = np.maximum(2 * sideways, upwards)
+    return factors
 
 
-def measures(sample, grains, radii, period=None, on_floor: bool = False) -> dict:
+def measures(
+    sample: Sample,
+    grains: Any,
+    radii: float | NDArray[np.float64],
+    period: ArrayLike | None = None,
+    on_floor: bool = False,
+) -> dict[str, Any]:
     """Connected fragments and edges of a sample, for its info; on_floor: those that lie on z = 0.
 
     grains: mixture.Grains, radii: theirs, or one number [m]; period: edges (3,) [m] of a periodic

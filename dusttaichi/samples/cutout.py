@@ -6,16 +6,18 @@ the sample. A cylinder may lie, so that two plates press it across its axis. A s
 grains is at rest, a body for collisions; in a periodic cell it can be about any grain.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import (
     AXES,
     LYING,
+    AxisName,
     heaviest_first,
     label_components,
     nearest_image,
@@ -33,7 +35,7 @@ from dusttaichi.samples.sample_registry import (
     register,
 )
 from dusttaichi.samples.values import Seed, exactly_one
-from dusttaichi.scene.fields import AnyScene, Count, Faults
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Field
 from dusttaichi.scene.quantities import Quantity
 
 FILLED = 0.01  # share of an edge of the cut that may be missing in the sample
@@ -60,7 +62,7 @@ class CutoutSample(SampleBlock):
     length: Annotated[float, Quantity("length", gt=0, example="15 um")] | None = Field(
         None, description="length of a cylinder along its axis; without it a sphere is cut"
     )
-    axis: Literal[AXES] | None = Field(
+    axis: AxisName | None = Field(
         None, description="axis of the cylinder, default y: it lies between bottom and top plate"
     )
     fragments: Literal["largest", "all"] = Field(
@@ -82,7 +84,7 @@ class CutoutSample(SampleBlock):
             yield "axis", "a sphere has none; give the length of a cylinder as well"
 
     @property
-    def body_blocks(self) -> dict[str, SampleBlock]:
+    def body_blocks(self) -> Mapping[str, SampleBlock]:
         return {"of": self.of}
 
     def conflicts(self, scene: AnyScene) -> Faults:
@@ -111,7 +113,7 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
     sample = _drop_image_contacts(sample, radii)
     if spec.fragments == "largest":
         sample = _select_largest_fragment(sample, radii, materials)
-    info = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis]}
+    info: dict[str, Any] = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis]}
     if spec.diameter is not None:
         info["diameter"] = spec.diameter
     if spec.length is not None:
@@ -130,7 +132,9 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
     return replace(sample, info=info)
 
 
-def _cut_size(spec, body: Sample, radii):
+def _cut_size(
+    spec: CutoutSample, body: Sample, radii: NDArray[np.float64]
+) -> tuple[Sample, NDArray[np.float64]]:
     """Cut the grains inside: the sample, and the extent (3,) [m] of the body."""
     low = (body.positions - radii[:, None]).min(axis=0)
     high = (body.positions + radii[:, None]).max(axis=0)
@@ -138,13 +142,13 @@ def _cut_size(spec, body: Sample, radii):
     inside = np.flatnonzero(_select_inside(spec, sample.positions))
     if not len(inside):
         raise DustError(
-            f"sample.diameter = {1e6 * spec.diameter:g} µm: no grain is inside; allowed: a "
+            f"sample.diameter = {1e6 * cast(float, spec.diameter):g} µm: no grain is inside; allowed: a "
             "larger diameter or length, or a sample that is less empty."
         )
     return extraction.select_grains(sample, inside), high - low
 
 
-def _cut_grains(spec, body: Sample, radii) -> Sample:
+def _cut_grains(spec: CutoutSample, body: Sample, radii: NDArray[np.float64]) -> Sample:
     """Cut a sphere of that many grains: about the middle, or a random grain of a periodic cell."""
     cell = body.info.get("cell") or {"period": body.info.get("period", [None] * 3)}
     period = np.array([np.inf if edge is None else edge for edge in cell["period"]], float)
@@ -155,20 +159,22 @@ def _cut_grains(spec, body: Sample, radii) -> Sample:
             "sample.seed: sample.of has no periodic cell; without `seed` the sphere is about the "
             "middle of the sample."
         )
-    cell_options = {
+    cell_options: dict[str, Any] = {
         "period": period,
         "nearest": lambda d: nearest_image(d, period, cell.get("tilt", 0.0)),
     }
     return extraction.extract_sphere(
-        body, spec.grains, spec.seed, **cell_options, diameter=2.0 * radii.max()
+        body, cast(int, spec.grains), spec.seed, **cell_options, diameter=2.0 * radii.max()
     )
 
 
-def _remark_on_extent(spec, extent) -> list[str]:
+def _remark_on_extent(spec: CutoutSample, extent: NDArray[np.float64] | None) -> list[str]:
     """Remark on a sample, of that extent (3,) [m], that does not fill the cut."""
-    cut_extent = np.full(3, spec.diameter)
+    if extent is None:
+        return []
+    cut_extent = np.full(3, cast(float, spec.diameter))
     if spec.length is not None:
-        cut_extent[AXES.index(spec.cylinder_axis)] = spec.length
+        cut_extent[AXES.index(cast(AxisName, spec.cylinder_axis))] = spec.length
     short = extent < cut_extent * (1.0 - FILLED)
     if not short.any():
         return []
@@ -179,17 +185,20 @@ def _remark_on_extent(spec, extent) -> list[str]:
     ]
 
 
-def _select_inside(spec, positions):
+def _select_inside(spec: CutoutSample, positions: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Mask (N,) of the centres inside of the cut about the origin."""
     distances, within = positions, np.full(len(positions), True)
     if spec.length is not None:
-        number = AXES.index(spec.cylinder_axis)
+        number = AXES.index(cast(AxisName, spec.cylinder_axis))
         within = np.abs(positions[:, number]) <= 0.5 * spec.length
         distances = np.delete(positions, number, axis=1)
-    return within & (np.linalg.norm(distances, axis=1) <= 0.5 * spec.diameter)
+    values: NDArray[np.bool_] = within & (
+        np.linalg.norm(distances, axis=1) <= 0.5 * cast(float, spec.diameter)
+    )
+    return values
 
 
-def _drop_image_contacts(sample: Sample, radii) -> Sample:
+def _drop_image_contacts(sample: Sample, radii: NDArray[np.float64]) -> Sample:
     """Drop the contacts of grains that touched across the faces of a cell."""
     if sample.contacts is None:
         return sample
@@ -199,7 +208,9 @@ def _drop_image_contacts(sample: Sample, radii) -> Sample:
     return replace(sample, contacts={name: a[near] for name, a in sample.contacts.items()})
 
 
-def _select_largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
+def _select_largest_fragment(
+    sample: Sample, radii: NDArray[np.float64], materials: Materials
+) -> Sample:
     """Select the grains of the heaviest fragment, the first of several.
 
     Contacts are those of the file, and all overlaps.

@@ -1,8 +1,10 @@
 """Measures of a sample: contacts, fragments, sizes and filling factor, with images in a cell."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.physics.geometry import AXES, heaviest_first, label_components, pairs_within
 from dusttaichi.physics.unwrap import crossings, unwrap_fragments
@@ -22,7 +24,9 @@ from dusttaichi.samples.sample import (
 OPTIONAL = ("radius_of_gyration", "fractal_dimension")
 
 
-def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> dict:
+def describe(
+    sample: Sample, radius: float | NDArray[np.float64], touch: float | None, cell: Cell = OPEN
+) -> dict[str, Any]:
     """Measures of any sample, for its info.
 
     In a periodic cell, extent, radius of gyration and fractal dimension are those of the largest
@@ -49,7 +53,7 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
     """
     pairs = pairs_in_contact(sample, touch, radius, cell)
     number, label = label_components(pairs, len(sample))
-    info = {
+    info: dict[str, Any] = {
         "filling_factor": filling_factor(sample, radius, cell),
         "filling_factor_in": volume(sample, radius, cell)[1],
         "coordination": 2 * len(pairs) / len(sample),
@@ -61,12 +65,12 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
         percolates = _find_percolation(x, pairs, label, cell)
         if percolates.any():
             info["network"]["percolating"] = int(percolates.any(axis=1).sum())
-            info["network"]["along"] = _join_names(percolates.any(axis=0))
+            info["network"]["along"] = _join_names(np.any(percolates, axis=0))
         volumes = np.broadcast_to(radius, len(sample)) ** 3
         largest = heaviest_first(label, volumes)[0]
         rows, across = label == largest, percolates[largest]
         body = Sample.at_rest(x[rows])
-        body_radius = radius[rows] if np.ndim(radius) else radius
+        body_radius = np.asarray(radius)[rows] if np.ndim(radius) else radius
     info["extent"] = np.where(across, cell.period, extent(body, body_radius)).tolist()
     if not across.any():
         info["radius_of_gyration"] = radius_of_gyration(body, body_radius)
@@ -76,13 +80,18 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
     return info
 
 
-def pairs_in_contact(sample: Sample, distance, radius=None, cell: Cell = OPEN) -> np.ndarray:
+def pairs_in_contact(
+    sample: Sample,
+    distance: float | None,
+    radius: float | NDArray[np.float64] | None = None,
+    cell: Cell = OPEN,
+) -> np.ndarray:
     """Pairs (C, 2) of grains in contact, with periodic images; arguments as of `coordination`."""
     if len(cell.axes):
-        radii = np.broadcast_to(radius, len(sample)).astype(float)
+        radii = np.broadcast_to(np.asarray(radius), len(sample)).astype(float)
         pairs = cell.pairs(sample.positions, radii)
     elif distance is None:
-        pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])
+        pairs = np.column_stack(pairs_within(sample.positions, np.asarray(radius))[:2])
     else:
         pairs = touching_pairs(sample.positions, distance)
     if sample.contacts is None:
@@ -95,7 +104,12 @@ def pairs_in_contact(sample: Sample, distance, radius=None, cell: Cell = OPEN) -
     return np.unique(np.concatenate([pairs, stored]), axis=0)
 
 
-def coordination(sample: Sample, distance: float | None, radius=None, cell: Cell = OPEN) -> float:
+def coordination(
+    sample: Sample,
+    distance: float | None,
+    radius: float | NDArray[np.float64] | None = None,
+    cell: Cell = OPEN,
+) -> float:
     """Mean number of contacts of a grain.
 
     Contacts of the sample's file are included, as far as a contact can be stretched. Walls are not.
@@ -113,7 +127,9 @@ def coordination(sample: Sample, distance: float | None, radius=None, cell: Cell
     return 2 * len(pairs_in_contact(sample, distance, radius, cell)) / len(sample)
 
 
-def describe_in_cell(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
+def describe_in_cell(
+    sample: Sample, radius: float | NDArray[np.float64], cell: Cell = OPEN
+) -> Sample:
     """Describe a sample in a cell: the sample with its measures as info.
 
     Parameters
@@ -125,7 +141,7 @@ def describe_in_cell(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
         Periodic cell of the sample.
     """
     # grains that overlap at the start are in contact
-    touch = None if np.ndim(radius) else 2 * radius
+    touch = None if np.ndim(radius) else 2 * float(radius)
     info = {name: value for name, value in sample.info.items() if name not in OPTIONAL}
     info |= describe(sample, radius, touch, cell)
     if "touching" in info:  # now with the images
@@ -134,14 +150,14 @@ def describe_in_cell(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
     return replace(sample, info=info)
 
 
-def format_counts(network: dict) -> str:
+def format_counts(network: dict[str, Any]) -> str:
     """Format the contacts and fragments of `network`, as "4 contacts in 1 fragment"."""
     counts = ((network["contacts"], "contact"), (network["fragments"], "fragment"))
     return " in ".join(f"{n:,} {word}{'s' * (n != 1)}" for n, word in counts)
 
 
 def cut_contacts(
-    sample: Sample, radius, cell: Cell, other_cell: Cell, factor: float
+    sample: Sample, radius: float | NDArray[np.float64], cell: Cell, other_cell: Cell, factor: float
 ) -> tuple[int, int]:
     """Count (contacts that are not in `other_cell`, all contacts) of a sample in its own cell.
 
@@ -156,12 +172,15 @@ def cut_contacts(
     return int(np.count_nonzero(apart > FARTHEST * (radii[i] + radii[j]))), len(pairs)
 
 
-def _find_first_grains(label):
+def _find_first_grains(label: NDArray[np.integer]) -> NDArray[np.integer]:
     """Find the first grain of each fragment."""
-    return np.unique(label, return_index=True)[1]
+    values: NDArray[np.integer] = np.unique(label, return_index=True)[1]
+    return values
 
 
-def _find_percolation(x, pairs, label, cell):
+def _find_percolation(
+    x: NDArray[np.float64], pairs: NDArray[np.integer], label: NDArray[np.integer], cell: Cell
+) -> NDArray[np.bool_]:
     """(F, 3) bool: axes along which each unwrapped fragment is connected to its images."""
     out = np.zeros((label.max() + 1, 3), bool)
     rows, axes = np.nonzero(crossings(x, pairs, cell.nearest, cell.period, cell.tilt))
@@ -169,5 +188,5 @@ def _find_percolation(x, pairs, label, cell):
     return out
 
 
-def _join_names(axes) -> str:
+def _join_names(axes: Any) -> str:
     return " ".join(name for name, is_present in zip(AXES, axes, strict=True) if is_present)

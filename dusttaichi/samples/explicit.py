@@ -2,11 +2,11 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import CLOSEST
@@ -32,7 +32,7 @@ from dusttaichi.samples.values import (
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import AnyScene, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Faults, Field, Number
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
@@ -117,7 +117,7 @@ class ExplicitSample(SampleBlock):
             values = getattr(self, name)
             if values is not None and self.positions is None:
                 yield name, "it is allowed only together with positions"
-            elif values is not None and len(values) != (count := len(self.positions)):
+            elif values is not None and len(values) != (count := len(self.positions or ())):
                 yield name, f"as many as positions are needed, {count} and not {len(values)}"
         defaults = {name: type(self).model_fields[name].default for name in FROM_RUN}
         for name, default in {"units": 1.0, **defaults}.items():
@@ -153,7 +153,8 @@ class ExplicitSample(SampleBlock):
         if self.positions is None or self.radii is not None or self.materials is not None:
             return (0.0, 0.0, 0.0), 0
         axes = zip(*self.positions, strict=True)
-        return tuple(max(x) - min(x) + 2 * radius for x in axes), len(self.positions)
+        x, y, z = (max(values) - min(values) + 2 * radius for values in axes)
+        return (x, y, z), len(self.positions)
 
 
 @register(ExplicitSample)
@@ -169,7 +170,11 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """
     if spec.file is None:
         source, origin = "positions", "sample.positions"
-        state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
+        state: dict[str, Any] = {
+            "position": spec.positions,
+            "velocity": spec.velocities,
+            "spin": spec.spins,
+        }
         state |= {"radius": spec.radii, "material": spec.materials}
     else:
         source = str(spec.file)
@@ -188,7 +193,7 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     return sample
 
 
-def _build_sample(state: dict, materials: Materials, origin: str) -> Sample:
+def _build_sample(state: dict[str, Any], materials: Materials, origin: str) -> Sample:
     """Build a sample of the grains and pair contacts of a state; raises DustError as `make`."""
     positions = _read_vectors(state.get("position"), origin, "position", None)
     if len(positions) == 0:
@@ -210,7 +215,9 @@ def _build_sample(state: dict, materials: Materials, origin: str) -> Sample:
     return Sample(positions, velocities, spins, contacts, **unequal)
 
 
-def _reuse_run(spec, sample: Sample, state: dict, materials: Materials, origin: str) -> Sample:
+def _reuse_run(
+    spec: ExplicitSample, sample: Sample, state: dict[str, Any], materials: Materials, origin: str
+) -> Sample:
     """Add the other parts to the sample that `spec` selects in the file."""
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
@@ -224,7 +231,7 @@ def _reuse_run(spec, sample: Sample, state: dict, materials: Materials, origin: 
                 )
         else:
             pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
-        options = {
+        options: dict[str, Any] = {
             "nearest": cell.nearest,
             "masses": materials.masses(sample),
             "origin": origin,
@@ -241,12 +248,12 @@ def _reuse_run(spec, sample: Sample, state: dict, materials: Materials, origin: 
     return extraction.keep_environment(sample, state, walls, spec, origin)
 
 
-def _get_cell(state: dict) -> Cell:
+def _get_cell(state: dict[str, Any]) -> Cell:
     """The periodic cell of a file."""
     return Cell(state.get("period", np.full(3, np.inf)), state.get("tilt", 0.0))
 
 
-def _read_vectors(values, origin: str, name: str, n: int | None) -> np.ndarray:
+def _read_vectors(values: Any, origin: str, name: str, n: int | None) -> np.ndarray:
     """Read vectors: (N, 3) float64; zeros without values."""
     if values is None:
         return np.zeros((n or 0, 3))
@@ -264,7 +271,7 @@ def _read_vectors(values, origin: str, name: str, n: int | None) -> np.ndarray:
     return array
 
 
-def check_apart(positions: np.ndarray, radius, origin: str) -> None:
+def check_apart(positions: np.ndarray, radius: float | NDArray[np.float64], origin: str) -> None:
     """Raise DustError, with the source, for two centres closer than CLOSEST diameters.
 
     radius: of all grains, or (N,), where a diameter is the sum of two radii.
@@ -273,8 +280,8 @@ def check_apart(positions: np.ndarray, radius, origin: str) -> None:
         return
     radii = np.broadcast_to(radius, len(positions))
     if np.ndim(radius):
-        i, j, distance = pairs_within(positions, radius, CLOSEST)
-    elif are_apart(positions, CLOSEST * 2.0 * radius):
+        i, j, distance = pairs_within(positions, radii, CLOSEST)
+    elif are_apart(positions, CLOSEST * 2.0 * float(radius)):
         return
     else:  # the nearest neighbours suffice, also for very many grains at one place
         near, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=2)

@@ -4,20 +4,34 @@ The keys `fragment` and `keep` select the parts of a result; `info["remarks"]` l
 Kind `cutout` cuts spheres of a number of grains.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import SURFACES, heaviest_first, label_components
 from dusttaichi.physics.unwrap import unwrap_fragments
 from dusttaichi.samples.files import remarks_on_reading, unread_of
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.fields import AnyScene
 
 LARGEST = "largest"
 
 
-def extract_fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, masses, origin: str):
+def extract_fragment(
+    sample: Sample,
+    wall_contacts: dict[str, NDArray[Any]] | None,
+    which: Any,
+    *,
+    pairs: NDArray[np.integer],
+    nearest: Callable[[NDArray[Any]], NDArray[Any]],
+    masses: NDArray[np.float64],
+    origin: str,
+) -> tuple[Sample, dict[str, NDArray[Any]] | None, int]:
     """Extract one fragment: (Sample, wall contacts, number of all fragments).
 
     which: "largest", or its number in order of decreasing mass, from 0. pairs: (C, 2) grains in
@@ -41,7 +55,7 @@ def extract_fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, ma
     return selected, wall_contacts, number
 
 
-def select_grains(sample: Sample, members) -> Sample:
+def select_grains(sample: Sample, members: NDArray[np.integer]) -> Sample:
     """Select some grains of a sample, and the contacts between them.
 
     members: numbers of the grains in increasing order. Contacts with walls and info are left out.
@@ -60,7 +74,15 @@ def select_grains(sample: Sample, members) -> Sample:
     )
 
 
-def extract_sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float) -> Sample:
+def extract_sphere(
+    sample: Sample,
+    count: int,
+    seed: int | None,
+    *,
+    period: NDArray[np.float64],
+    nearest: Callable[[NDArray[Any]], NDArray[Any]],
+    diameter: float,
+) -> Sample:
     """Extract the `count` grains nearest to a centre, with the contacts between them, at rest.
 
     seed: that of the grain about which the sphere is; None for the middle of the bounding box.
@@ -98,13 +120,24 @@ def extract_sphere(sample: Sample, count: int, seed, *, period, nearest, diamete
     )
 
 
-def _renumber(contacts, rows, members, names):
+def _renumber(
+    contacts: dict[str, NDArray[Any]],
+    rows: NDArray[Any],
+    members: NDArray[np.integer],
+    names: tuple[str, ...],
+) -> dict[str, NDArray[Any]]:
     """Select rows of contacts, and number the grains in `names` by their positions in `members`."""
     selected = {name: values[rows] for name, values in contacts.items()}
     return selected | {name: np.searchsorted(members, selected[name]) for name in names}
 
 
-def keep_environment(sample: Sample, state: dict, wall_contacts, spec, origin: str) -> Sample:
+def keep_environment(
+    sample: Sample,
+    state: dict[str, Any],
+    wall_contacts: dict[str, NDArray[Any]] | None,
+    spec: Any,
+    origin: str,
+) -> Sample:
     """Keep the parts in `spec.keep` of a file's state in a sample, with a remark on the others.
 
     Raises DustError for parts that the file does not have.
@@ -136,7 +169,9 @@ def keep_environment(sample: Sample, state: dict, wall_contacts, spec, origin: s
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
 
 
-def _describe_unused(state, wall_contacts, keep) -> str:
+def _describe_unused(
+    state: dict[str, Any], wall_contacts: dict[str, NDArray[Any]] | None, keep: tuple[str, ...]
+) -> str:
     """Describe the unused parts of the file and on the keys that select them, or ""."""
     unread, descriptions = unread_of(state), {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
@@ -153,7 +188,7 @@ def _describe_unused(state, wall_contacts, keep) -> str:
     return f"{unread}; {text}" if unread else text
 
 
-def drop_missing_walls(scene, sample: Sample) -> Sample:
+def drop_missing_walls(scene: AnyScene, sample: Sample) -> Sample:
     """Drop contacts with walls that the scene does not have, with a remark."""
     if sample.wall_contacts is None:
         return sample
@@ -176,7 +211,13 @@ MOST_TWIST = 1e3  # rad
 MOST_SPEED = 3e8  # m/s
 
 
-def check_contacts(contacts, positions, radii, nearest, origin) -> None:
+def check_contacts(
+    contacts: dict[str, NDArray[Any]],
+    positions: NDArray[np.float64],
+    radii: float | NDArray[np.float64],
+    nearest: Callable[[NDArray[Any]], NDArray[Any]],
+    origin: str,
+) -> None:
     """Raise DustError, with the source and the row, for an impossible contact.
 
     contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
@@ -200,7 +241,9 @@ def check_contacts(contacts, positions, radii, nearest, origin) -> None:
     _check_springs(contacts, ("pointer_i", "pointer_j"), origin)
 
 
-def check_wall_contacts(contacts, positions, origin) -> None:
+def check_wall_contacts(
+    contacts: dict[str, NDArray[Any]], positions: NDArray[np.float64], origin: str
+) -> None:
     """Raise DustError for an impossible contact of a grain with a wall."""
     grain, wall, n = contacts["grain"], contacts["wall"], len(positions)
     _check_numbers(contacts, origin)
@@ -215,21 +258,30 @@ def check_wall_contacts(contacts, positions, origin) -> None:
     _check_springs(contacts, ("pointer",), origin)
 
 
-def _check_numbers(contacts, origin) -> None:
+def _check_numbers(contacts: dict[str, NDArray[Any]], origin: str) -> None:
     for name, values in contacts.items():
         not_finite = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-        text = f"contacts' {name} has not-a-number"
-        _refuse(not_finite, origin, lambda k, text=text: text, "finite numbers")
+        _refuse(not_finite, origin, partial(_name_fault, name), "finite numbers")
 
 
-def _check_springs(contacts, pointers, origin) -> None:
+def _name_fault(name: str, row: int) -> str:
+    return f"contacts' {name} has not-a-number"
+
+
+def _describe_entry(text: str, values: NDArray[Any], row: int) -> str:
+    return f"{text} {values[row]:g}"
+
+
+def _check_springs(
+    contacts: dict[str, NDArray[Any]], pointers: tuple[str, ...], origin: str
+) -> None:
     """Check that pointers are unit vectors, and the sizes of twist and approach."""
     for name in pointers:
         length = np.linalg.norm(contacts[name], axis=1)
         _refuse(
             np.abs(length - 1.0) > UNIT,
             origin,
-            lambda k, name=name, length=length: f"{name} has the length {length[k]:g}",
+            partial(_describe_entry, f"{name} has the length", length),
             "1, a unit vector",
         )
     for name, limit in (("twist", MOST_TWIST), ("approach", MOST_SPEED)):
@@ -237,12 +289,14 @@ def _check_springs(contacts, pointers, origin) -> None:
         _refuse(
             np.abs(values) > limit,
             origin,
-            lambda k, name=name, values=values: f"{name} is {values[k]:g}",
+            partial(_describe_entry, f"{name} is", values),
             f"at most {limit:g} in size",
         )
 
 
-def _refuse(refused, origin, describe_row, allowed) -> None:
+def _refuse(
+    refused: NDArray[np.bool_], origin: str, describe_row: Callable[[int], str], allowed: str
+) -> None:
     """Raise DustError for the first refused row; describe_row: its description, from the row."""
     rows = np.flatnonzero(refused)
     if len(rows):

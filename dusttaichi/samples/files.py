@@ -1,7 +1,7 @@
 """Files of samples, read as dicts of arrays in SI (position, velocity, spin, contacts)."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, ValidationInfo
 
@@ -13,7 +13,7 @@ from dusttaichi.scene.fields import build_value_error, refuse_unreadable
 from dusttaichi.scene.paths import path_in
 
 
-def read(path: Path, source: Source) -> dict:
+def read(path: Path, source: Source) -> dict[str, Any]:
     """Read the arrays of a NetCDF file, a run directory's result.nc, or another program's file.
 
     source: a Source without lines: the name of the file in errors, and the keys of the sample that
@@ -29,7 +29,7 @@ def read(path: Path, source: Source) -> dict:
         ) from None
 
 
-def _read(path: Path, source: Source) -> dict:
+def _read(path: Path, source: Source) -> dict[str, Any]:
     origin = source.name
     if path.is_dir():
         path = path / "result.nc"
@@ -62,7 +62,7 @@ def _read(path: Path, source: Source) -> dict:
     return netcdf.read(path, source)
 
 
-def remarks_on_reading(state: dict, file, unread: str | None = None) -> list[str]:
+def remarks_on_reading(state: dict[str, Any], file: Any, unread: str | None = None) -> list[str]:
     """Sentences for the user on how a file was read, and on what is not read.
 
     unread: instead of the columns, sections and the cell that `unread_of` lists.
@@ -72,7 +72,7 @@ def remarks_on_reading(state: dict, file, unread: str | None = None) -> list[str
     return [*remarks, *([f"sample: not read from {file}: {unread}"] if unread else [])]
 
 
-def unread_of(state: dict) -> str:
+def unread_of(state: dict[str, Any]) -> str:
     """Columns, sections and the cell of a file that are not read, or ""."""
     return "; ".join(filter(None, (", ".join(state.get("unread", ())), state.get("no_cell"))))
 

@@ -1,8 +1,10 @@
 """Image flags of a file whose grains have left its cell: positions inside, or as flagged."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.images import OPEN
@@ -10,7 +12,13 @@ from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.touching import AT_REST
 
 
-def apply_image_flags(sample: Sample, state: dict, spec, radius, check) -> Sample:
+def apply_image_flags(
+    sample: Sample,
+    state: dict[str, Any],
+    spec: Any,
+    radius: float | NDArray[np.float64],
+    check: Any,
+) -> Sample:
     """Move grains to the images that the flags of their file name, unless fewer grains touch there.
 
     With the cell of the file in `keep`, and of a fragment, which contacts put together, the

@@ -2,37 +2,40 @@
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.physics.geometry import nearest_image, pairs_within
 from dusttaichi.physics.near import near_pairs
+from dusttaichi.samples.materials import Materials
 
 
 @dataclass(frozen=True)
 class Cell:
     """Periodic cell of the grains: edges (3,) [m], inf along open axes, and tilt [m]."""
 
-    period: np.ndarray
+    period: NDArray[np.float64]
     tilt: float = 0.0
 
     @property
-    def axes(self) -> np.ndarray:
+    def axes(self) -> NDArray[np.intp]:
         """Numbers of the periodic axes."""
         return np.flatnonzero(np.isfinite(self.period))
 
     @property
-    def vectors(self) -> np.ndarray:
+    def vectors(self) -> NDArray[np.float64]:
         """Edges as rows (3, 3) [m], zero along open axes."""
         out = np.diag(np.where(np.isfinite(self.period), self.period, 0.0))
         out[2, 0] = self.tilt
         return out
 
-    def nearest(self, d):
+    def nearest(self, d: NDArray[np.float64]) -> NDArray[np.float64]:
         """Distance vectors (N, 3) to the nearest image."""
         return nearest_image(d, self.period, self.tilt)
 
-    def wrap_positions(self, x):
+    def wrap_positions(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Wrap positions (N, 3): images that are at least 0 and below the edges."""
         x = np.array(x, float)
         for n in (2, 1, 0):  # a turn along z shifts along x
@@ -40,7 +43,9 @@ class Cell:
                 x -= np.floor(x[:, n] / self.period[n])[:, None] * self.vectors[n]
         return x
 
-    def pairs(self, x, radii, factor=1.0):
+    def pairs(
+        self, x: NDArray[np.float64], radii: NDArray[np.float64], factor: float = 1.0
+    ) -> NDArray[np.integer]:
         """Pairs no farther apart than `factor` times their radii, across faces too.
 
         Parameters
@@ -61,15 +66,15 @@ class Cell:
         x, vectors = self.wrap_positions(x), self.vectors
         reach = factor * 2.0 * np.max(radii)
         low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
-        number, positions = [np.arange(len(x))], [x]
+        numbers, images = [np.arange(len(x))], [x]
         for turns in product(*((-1, 0, 1) if n in self.axes else (0,) for n in range(3))):
             if any(turns):
                 rows = self._at_faces(x, turns, low, high)
                 image = x[rows] + np.array(turns) @ vectors
                 near = np.all((image > low) & (image < high), axis=1)
-                number.append(rows[near])
-                positions.append(image[near])
-        number, positions = np.concatenate(number), np.concatenate(positions)
+                numbers.append(rows[near])
+                images.append(image[near])
+        number, positions = np.concatenate(numbers), np.concatenate(images)
         if np.ptp(radii) == 0.0:
             i, j = near_pairs(positions, reach)[:2]
         else:
@@ -78,7 +83,13 @@ class Cell:
         first, second = np.minimum(i, j)[i != j], np.maximum(i, j)[i != j]
         return np.column_stack(np.divmod(np.unique(first * len(x) + second), len(x)))
 
-    def _at_faces(self, x, turns, low, high):
+    def _at_faces(
+        self,
+        x: NDArray[np.float64],
+        turns: tuple[int, ...],
+        low: NDArray[np.float64],
+        high: NDArray[np.float64],
+    ) -> NDArray[np.intp]:
         """Rows whose images by these turns are between two corners along y and z, and x."""
         edges = np.diag(self.vectors) * turns
         sure = [n for n in np.flatnonzero(turns) if n or not self.tilt]
@@ -91,7 +102,7 @@ class Cell:
 OPEN = Cell(np.full(3, np.inf))
 
 
-def find_cell(info: dict, materials) -> Cell:
+def find_cell(info: dict[str, Any], materials: Materials) -> Cell:
     """Find the Cell that a sample will be in, as far as it is known before it is built.
 
     It is that of the file which the sample keeps, that which the scene prescribes, or that with

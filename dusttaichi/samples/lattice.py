@@ -8,7 +8,8 @@ A lattice consists of whole cells, so that it continues seamlessly with the `per
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from numpy.typing import NDArray
+from pydantic import field_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
@@ -16,7 +17,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.values import BoxSize, Seed, exactly_one
-from dusttaichi.scene.fields import Count, Faults, Number, build_value_error
+from dusttaichi.scene.fields import Count, Faults, Field, Number, build_value_error
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -112,7 +113,9 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     return Sample.at_rest(positions, info | {"equilibrium_distance": materials.distance})
 
 
-def _cells(spec, edges, basis, radius) -> np.ndarray:
+def _cells(
+    spec: LatticeSample, edges: NDArray[np.float64], basis: Any, radius: float | NDArray[np.float64]
+) -> np.ndarray:
     """Number of cells along x, y, z, as floats: a mistyped size may be beyond the integers."""
     if spec.cells is not None:
         return np.array(spec.cells, dtype=np.float64)
@@ -121,7 +124,7 @@ def _cells(spec, edges, basis, radius) -> np.ndarray:
         cells = np.maximum(np.floor(cube / edges) - 1, 1.0)  # not enough yet
         while cells.prod() * len(basis) < spec.grains:
             cells[np.argmin(cells * edges)] += 1
-        return cells
+        return np.asarray(cells)
     size = np.array(spec.size)
     cut.check_size(size, radius)
     # the last grains of the basis are before the end of their cell
@@ -132,4 +135,4 @@ def _cells(spec, edges, basis, radius) -> np.ndarray:
             f"sample.size: {cut.in_um(size)} contains no whole cell of {spec.structure}; allowed: "
             f"{cut.in_um(over + 2 * radius)} or more."
         )
-    return cells
+    return np.asarray(cells)

@@ -1,11 +1,16 @@
 """Materials of the grains of a sample: names, numbers, radii and masses."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants, sphere_mass
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.fields import AnyScene
 from dusttaichi.scene.material import DEFAULT
 
 
@@ -34,7 +39,7 @@ class Materials:
         True where the cell has to be a cube around the sample.
     """
 
-    def __init__(self, scene) -> None:
+    def __init__(self, scene: AnyScene) -> None:
         self.all = scene.all_materials
         self.names = [DEFAULT, *scene.materials]
         self.interaction = scene.interaction
@@ -49,7 +54,9 @@ class Materials:
             for axis, edge in zip(AXES, edges, strict=True)
         )
 
-    def numbers(self, names_or_numbers, grains: int, origin: str) -> np.ndarray:
+    def numbers(
+        self, names_or_numbers: Sequence[Any] | None, grains: int, origin: str
+    ) -> np.ndarray:
         """Numbers of the materials (N,) from names or numbers; zeros without any.
 
         Parameters
@@ -80,7 +87,7 @@ class Materials:
         out = [self._number(value, origin) for value in names_or_numbers]
         return np.array(out, np.int32)
 
-    def _number(self, value, origin: str) -> int:
+    def _number(self, value: Any, origin: str) -> int:
         text = str(value).strip()
         if text in self.names:
             return self.names.index(text)
@@ -91,7 +98,12 @@ class Materials:
             f"{', '.join(self.names)}, or a number from 0 to {len(self.names) - 1}."
         )
 
-    def radii(self, radii_of_file, numbers: np.ndarray, origin: str) -> np.ndarray:
+    def radii(
+        self,
+        radii_of_file: Sequence[float] | NDArray[np.float64] | None,
+        numbers: np.ndarray,
+        origin: str,
+    ) -> np.ndarray:
         """Radii (N,) [m]: those of the file, otherwise those of the materials.
 
         Parameters
@@ -127,9 +139,10 @@ class Materials:
                 "allowed: above critical_rolling of its material "
                 f"({least[refused[0]] * 1e9:g} nm), up to 1 mm."
             )
-        return radii
+        values: NDArray[Any] = radii
+        return values
 
-    def polydisperse(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
+    def polydisperse(self, radii: np.ndarray, numbers: np.ndarray) -> dict[str, Any]:
         """Radii and materials for a Sample; None for both where all grains are of `material`.
 
         Parameters
@@ -148,18 +161,28 @@ class Materials:
             return {"radii": None, "materials": None}
         return {"radii": radii, "materials": numbers}
 
-    def radii_of(self, sample: Sample):
+    def radii_of(self, sample: Sample) -> float | NDArray[np.float64]:
         """Radii of the grains of a sample [m]: one number where all are equal, or (N,)."""
         return self.radius if sample.radii is None else sample.radii
 
+    def numbers_of(self, sample: Sample) -> NDArray[np.integer]:
+        """Numbers of the materials of the grains of a sample, (N,)."""
+        return np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
+
     def masses(self, sample: Sample) -> np.ndarray:
         """Masses of the grains of a sample [kg], (N,)."""
-        numbers = np.zeros(len(sample), np.int32)
-        numbers = numbers if sample.materials is None else sample.materials
+        numbers = self.numbers_of(sample)
         radii = np.broadcast_to(self.radii_of(sample), len(sample))
-        return sphere_mass(radii, np.array([material.density for material in self.all])[numbers])
+        values: NDArray[Any] = sphere_mass(
+            radii, np.array([material.density for material in self.all])[numbers]
+        )
+        return values
 
-    def equilibrium_distance(self, radii, numbers) -> float:
+    def equilibrium_distance(
+        self,
+        radii: Sequence[float] | NDArray[np.float64],
+        numbers: Sequence[int] | NDArray[np.integer],
+    ) -> float:
         """Distance [m] of two grains in equilibrium contact.
 
         Parameters

@@ -6,18 +6,20 @@ shares of the grains too. Grains are drawn independently, in the order in which 
 them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.physics.contact.material_interface import interface
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
 from dusttaichi.samples.sample_registry import SampleBlock
 from dusttaichi.samples.values import Radius, Seed
-from dusttaichi.scene.fields import AnyScene, Block, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Field, Number
+from dusttaichi.scene.material import Material
 
 Share = Annotated[float, Number(gt=0)]
 SmallestField = Annotated[Radius, Field(description="smallest radius; there are none below it")]
@@ -50,13 +52,14 @@ class PowerLaw(Truncated):
         description="exponent k of the number of grains, N(r) dr ~ r^k dr, for example -3.5"
     )
 
-    def draw(self, rng, count: int) -> np.ndarray:
+    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """Radii (count,) [m], by the inverse of the cumulative distribution."""
         low, high, k = self.smallest, self.largest, self.exponent + 1.0
         quantiles = rng.random(count)
         if abs(k) < 1e-9:
             return low * (high / low) ** quantiles
-        return low * (1.0 + quantiles * ((high / low) ** k - 1.0)) ** (1.0 / k)
+        values: NDArray[Any] = low * (1.0 + quantiles * ((high / low) ** k - 1.0)) ** (1.0 / k)
+        return values
 
 
 class Lognormal(Truncated):
@@ -74,7 +77,7 @@ class Lognormal(Truncated):
         else:
             yield from super().faults()
 
-    def draw(self, rng, count: int) -> np.ndarray:
+    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
         radii = np.zeros(count)
         pending = np.arange(count)
@@ -109,16 +112,20 @@ class Radii(Block):
         """Lower bound of the radii [m]."""
         return min(self.radii)
 
-    def draw(self, rng, count: int) -> np.ndarray:
+    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
         weights = np.ones(len(self.radii)) if self.shares is None else np.array(self.shares)
         return rng.choice(np.array(self.radii), size=count, p=weights / weights.sum())
 
 
-def place_grains(positions, grains: "Grains", materials: Materials, info: dict) -> Sample:
+def place_grains(
+    positions: NDArray[np.float64], grains: "Grains", materials: Materials, info: dict[str, Any]
+) -> Sample:
     """Place Grains at rest at these centres (N, 3) [m]; info: of the Sample."""
     if isinstance(grains, EqualGrains):
-        return Sample.at_rest(positions, info | {"equilibrium_distance": float(grains.touch)})
+        return Sample.at_rest(
+            positions, info | {"equilibrium_distance": float(grains.distance(0, 0))}
+        )
     unequal = materials.polydisperse(grains.radii, grains.numbers)
     info = info | {
         "smallest_radius": float(grains.radii.min()),
@@ -179,7 +186,7 @@ class Grains:
     def __len__(self) -> int:
         return len(self.radii)
 
-    def distance(self, i, j):
+    def distance(self, i: Any, j: Any) -> Any:
         """Distance [m] of the grains i and j in equilibrium contact; arrays broadcast."""
         return self.touch.distance(
             (self.radii[i], self.numbers[i]), (self.radii[j], self.numbers[j])
@@ -189,7 +196,7 @@ class Grains:
         """Volume of all grains [m^3]."""
         return float(np.sum(4 / 3 * np.pi * self.radii**3))
 
-    def touching(self, positions, period=None) -> np.ndarray:
+    def touching(self, positions: NDArray[np.float64], period: Any = None) -> np.ndarray:
         """Pairs i < j that touch at these centres (N, 3) [m], to rounding, (C, 2) int.
 
         period: edges (3,) [m] of a periodic cell; None: no images.
@@ -199,13 +206,14 @@ class Grains:
         if period is not None:
             apart -= period * np.round(apart / period)
         apart = np.linalg.norm(apart, axis=1)
-        return pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
+        values: NDArray[Any] = pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
+        return values
 
-    def select(self, which):
+    def select(self, which: Any) -> "Grains":
         """Select the grains with these indices."""
         return replace(self, radii=self.radii[which], numbers=self.numbers[which])
 
-    def join(self, appended):
+    def join(self, appended: "Sequence[Grains]") -> "Grains":
         """Join these grains and the appended ones, in this order."""
         groups = (self, *appended)
         radii = np.concatenate([grains.radii for grains in groups])
@@ -215,10 +223,10 @@ class Grains:
 class EqualGrains(Grains):
     """Grains of the scene's `material` and radius; touch: distance of their centres [m]."""
 
-    def distance(self, i, j):
+    def distance(self, i: Any, j: Any) -> Any:
         return self.touch
 
-    def volume(self):
+    def volume(self) -> float:
         return len(self) * (4 / 3 * np.pi * float(self.radii[0]) ** 3)
 
 
@@ -230,13 +238,14 @@ class Touch:
     """
 
     def __init__(self, materials: Materials) -> None:
-        def factor(a, b):
+        def factor(a: Material, b: Material) -> float:
             face = interface(a, b, materials.interaction)
-            return (9.0 * np.pi * face.gamma / face.E_star) ** (2.0 / 3.0) / 3.0
+            number: float = (9.0 * np.pi * face.gamma / face.E_star) ** (2.0 / 3.0) / 3.0
+            return number
 
         self.factors = np.array([[factor(a, b) for b in materials.all] for a in materials.all])
 
-    def distance(self, first, second):
+    def distance(self, first: tuple[Any, Any], second: tuple[Any, Any]) -> Any:
         """Distance of centres [m]; first, second: (radii [m], numbers of the materials)."""
         (r1, n1), (r2, n2) = first, second
         reduced = r1 * r2 / (r1 + r2)
@@ -251,7 +260,7 @@ class Crowd:
     overlap: of two of the mean volume at rest [m].
     """
 
-    def __init__(self, spec, materials: Materials, rng) -> None:
+    def __init__(self, spec: Any, materials: Materials, rng: np.random.Generator) -> None:
         self._spec, self._materials = spec, materials
         self.equal = not is_mixture(spec)
         self.radius = self.smallest = self.largest = materials.radius
@@ -267,7 +276,7 @@ class Crowd:
         self.largest = float(radii.max())
         self.smallest = radii.min() if spec.sizes is None else spec.sizes.least
 
-    def draw(self, count: int, rng) -> Grains:
+    def draw(self, count: int, rng: np.random.Generator) -> Grains:
         """The next `count` grains; equal ones need no random numbers."""
         if not self.equal:
             return draw_grains(self._spec, self._materials, count, rng)
@@ -276,25 +285,30 @@ class Crowd:
 
     def least(self, grains: Grains) -> np.ndarray:
         """Smallest distance [m], (N,), of the centre of each from that of a grain in contact."""
-        return self._compute_contact_distances(grains, self.smallest).min(axis=0)
+        values: NDArray[Any] = self._compute_contact_distances(grains, self.smallest).min(axis=0)
+        return values
 
     def most(self, grains: Grains, largest: float) -> np.ndarray:
         """Largest distance [m], (N,), of the same, for grains up to a radius [m]."""
-        return self._compute_contact_distances(grains, largest).max(axis=0)
+        values: NDArray[Any] = self._compute_contact_distances(grains, largest).max(axis=0)
+        return values
 
-    def _compute_contact_distances(self, grains, radius):
+    def _compute_contact_distances(self, grains: Grains, radius: float) -> NDArray[np.float64]:
         if self.equal:
             return np.full((1, len(grains)), self.distance)
         material_numbers = np.arange(len(self._materials.all))[:, None]
-        return grains.touch.distance((grains.radii, grains.numbers), (radius, material_numbers))
+        values: NDArray[np.float64] = grains.touch.distance(
+            (grains.radii, grains.numbers), (radius, material_numbers)
+        )
+        return values
 
 
-def is_mixture(spec) -> bool:
+def is_mixture(spec: Any) -> bool:
     """True for a block of unequal grains."""
     return any(getattr(spec, name, None) is not None for name in ("sizes", "shares"))
 
 
-def draw_grains(spec, materials: Materials, count: int, rng) -> Grains:
+def draw_grains(spec: Any, materials: Materials, count: int, rng: np.random.Generator) -> Grains:
     """Draw `count` random Grains of a block, sizes first, then materials."""
     shares_by_material = spec.shares or {"default": 1.0}
     names = [materials.numbers([name], 1, "sample.shares")[0] for name in shares_by_material]

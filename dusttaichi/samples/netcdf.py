@@ -8,8 +8,11 @@ has contacts and the box around the grains.
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
@@ -32,7 +35,7 @@ _VECTORS = ("pointer_i", "pointer_j", "pointer", "foot")
 _NUMBERS = ("i", "j", "grain", "wall")
 
 
-def read(path: Path, source: Source) -> dict:
+def read(path: Path, source: Source) -> dict[str, Any]:
     """Arrays of a snapshot in SI as columns.state, in the order of the file or of its ids.
 
     Also the sentences `remarks` on how it is read, and `of_run`: True for a result of this program.
@@ -56,7 +59,7 @@ def read(path: Path, source: Source) -> dict:
         tree.close()
 
 
-def _make_unreadable_error(origin, error) -> DustError:
+def _make_unreadable_error(origin: str, error: Exception) -> DustError:
     return DustError(f"{origin}: it cannot be read as NetCDF ({error}); allowed: a whole file.")
 
 
@@ -69,18 +72,19 @@ ENVIRONMENT = (  # of a snapshot, not of its grains
 class _Snapshot:
     """One snapshot of the open result, or of the file with grains, `tree`."""
 
-    def __init__(self, tree, source: Source) -> None:
+    def __init__(self, tree: xr.DataTree, source: Source) -> None:
         self.source, self.origin, self.tree = source, source.name, tree
         self.groups = set(tree.children)
         self.of_run = "dusttaichi_version" in tree.attrs
         if self.of_run and "snapshots" not in self.groups:
             raise source.fault("this run has no snapshots; allowed: one with output.snapshots.")
         node = tree["snapshots"] if "snapshots" in self.groups else tree
-        self.frame = dict(node.to_dataset(inherit=False).variables)
+        variables = cast(xr.DataTree, node).to_dataset(inherit=False).variables
+        self.frame: dict[str, xr.Variable] = {str(n): v for n, v in variables.items()}
         self.requested = source.snapshot
-        self.number = -1 if source.snapshot == "last" else source.snapshot
+        self.number = -1 if source.snapshot == "last" else int(source.snapshot)
 
-    def read(self) -> dict:
+    def read(self) -> dict[str, Any]:
         state = self._columns() | self._environment()
         for group, count, names in (
             ("contacts", "contact_count", PAIRS),
@@ -90,15 +94,15 @@ class _Snapshot:
                 state[group] = self._rows(group, count, names)
         return state | {"remarks": self.source.remarks, "of_run": self.of_run}
 
-    def _columns(self) -> dict:
+    def _columns(self) -> dict[str, Any]:
         """Arrays of the grains, and under `unread` the variables that are none of them."""
         source = self.source
         if "contacts" in self.groups:  # their numbers are those of the file's order
             contents = source.contents
             contents = replace(contents, quantities=contents.quantities - {"id"})
             source = replace(source, contents=contents)
-        table, unread = read_columns(Frame(self.frame, ENVIRONMENT, self._place, source))
-        if not any(quantity == "position" for quantity, _ in table.meanings):
+        table, names = read_columns(Frame(self.frame, ENVIRONMENT, self._place, source))
+        if not any(quantity == "position" for quantity, _ in filter(None, table.meanings)):
             raise DustError(
                 f"{self.origin}: it has the variables {', '.join(self.frame) or 'none'}; "
                 "allowed: position (grain, 3), or x, y and z."
@@ -106,7 +110,7 @@ class _Snapshot:
         # a unit of length alone does not say those of masses
         units = Units(length=source.length, matter=source.length == 1.0)
         arrays = state(table, source, units)
-        unread = {*arrays["unread"], *unread}
+        unread = {*arrays["unread"], *names}
         if self.of_run:  # all else is computed from the state
             unread &= source.contents.history
         else:
@@ -127,15 +131,16 @@ class _Snapshot:
             )
         return self.number % count
 
-    def _plain(self, values, name: str) -> np.ndarray:
+    def _plain(self, values: Any, name: str) -> np.ndarray:
         try:
             return np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
             raise DustError(f"{self.origin}: {name} contains texts; allowed: numbers.") from None
 
-    def _environment(self) -> dict:
+    def _environment(self) -> dict[str, Any]:
         """Period, positions of walls and faces, and time, if the file has them."""
-        period, environment = np.full(3, np.inf), {}
+        period = np.full(3, np.inf)
+        environment: dict[str, Any] = {}
         box = self.frame.get("box")
         if box is not None and box.shape[1:] == (6,):
             room = self._plain(box[self._place(len(box))].values, "box")
@@ -156,10 +161,11 @@ class _Snapshot:
         values = np.zeros(0) if variable is None else self._plain(variable.values, name).reshape(-1)
         return float(values[self._place(len(values))] if len(values) else default)
 
-    def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
+    def _rows(self, group: str, count: str, names: dict[str, Any]) -> dict[str, np.ndarray]:
         """Rows of a group in the snapshot, by our names."""
         origin, group_name = self.origin, group.replace("_", " ")
-        stored = self.tree[group].to_dataset(inherit=False).variables
+        variables = cast(xr.DataTree, self.tree[group]).to_dataset(inherit=False).variables
+        stored = {str(n): v for n, v in variables.items()}
         missing = [name for name in names.values() if name not in stored]
         if missing:
             raise DustError(
@@ -171,7 +177,7 @@ class _Snapshot:
             raise DustError(
                 f"{origin}: it has {row_count} {group_name}; allowed: {stop}, its own count."
             )
-        rows = {}
+        rows: dict[str, NDArray[Any]] = {}
         registered = [name for name, v in stored.items() if "contact_history" in v.attrs]
         for ours, theirs in (names | {name: name for name in registered}).items():
             rows[ours] = self._plain(stored[theirs][start:stop].values, theirs)
@@ -188,7 +194,7 @@ class _Snapshot:
                 rows[ours] = np.where(finite, rows[ours], -1).astype(np.int64)
         return rows
 
-    def _span(self, variable, name: str) -> tuple[int, int]:
+    def _span(self, variable: Any, name: str) -> tuple[int, int]:
         """First row of the snapshot, and the one after its last."""
         origin = self.origin
         check_grains(variable.size, origin)

@@ -10,7 +10,6 @@ import math
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.explicit import check_apart
@@ -18,7 +17,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.values import ImpactParameter, MaterialName, Radius, Spin, unknown_materials
-from dusttaichi.scene.fields import AnyScene, Faults
+from dusttaichi.scene.fields import AnyScene, Faults, Field
 from dusttaichi.scene.quantities import Quantity
 
 

@@ -12,10 +12,11 @@ a cut has several connected fragments, which remain in the sample and are counte
 """
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from pydantic import Field, model_validator
+from numpy.typing import NDArray
+from pydantic import model_validator
 
 from dusttaichi.samples import ballistic, cut
 from dusttaichi.samples.ballistic import (
@@ -29,7 +30,7 @@ from dusttaichi.samples.mixture import Crowd, MixtureBlock, draw_grains, is_mixt
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
-from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
 from dusttaichi.scene.making import Cost, tell
 
 BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
@@ -71,7 +72,7 @@ class PcaSample(MixtureBlock):
         return data
 
     def cost(self, scene: AnyScene) -> Cost:
-        radius, grains = scene.material.radius, self.grains
+        radius, grains = scene.material.radius, float(self.grains or 0)
         if self.shape != "aggregate":
             grains = _guessed_grains(self, radius, cut.proportions(self, radius))
         seconds_per_grain, seconds_per_square = SECONDS
@@ -101,7 +102,7 @@ class Aggregate:
         self.positions = np.zeros((1, 3))
         self.reach = 0.0  # of the farthest centre from the first grain
 
-    def shoot(self, rng) -> None:
+    def shoot(self, rng: np.random.Generator) -> None:
         """Let a batch of grains fly at the aggregate."""
         distance = self.distance
         shots = int(np.clip(len(self.positions) // 20, 16, 2000))
@@ -144,10 +145,11 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         return _one_by_one(spec, materials, rng)
     aggregate = Aggregate(materials.distance)
     if spec.shape == "aggregate":
-        _check_grains(spec.grains)
-        while len(aggregate.positions) < spec.grains:
+        count = cast(int, spec.grains)
+        _check_grains(count)
+        while len(aggregate.positions) < count:
             aggregate.shoot(rng)
-            tell(len(aggregate.positions), spec.grains)
+            tell(len(aggregate.positions), count)
         positions = aggregate.positions[: spec.grains]
         positions = positions - positions.mean(axis=0)
     else:
@@ -160,12 +162,13 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     return sample
 
 
-def _one_by_one(spec, materials: Materials, rng) -> Sample:
+def _one_by_one(spec: PcaSample, materials: Materials, rng: np.random.Generator) -> Sample:
     """The sample of unequal grains, of clusters, or at an impact parameter: shot after shot."""
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed)}
     if spec.shape == "aggregate":
-        _check_grains(spec.grains * SLOWER)
-        grains = draw_grains(spec, materials, spec.grains, rng)
+        count = cast(int, spec.grains)
+        _check_grains(count * SLOWER)
+        grains = draw_grains(spec, materials, count, rng)
         x = ballistic.grow_aggregate(grains, rng, spec.cluster, spec.impact_parameter)
         return place_grains(x, grains, materials, info | {"grains": len(x)})
     radius = float(np.mean(draw_grains(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
@@ -187,7 +190,12 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     return place_grains(x, grown.grains.select(inside), materials, info)
 
 
-def _grow_cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
+def _grow_cut(
+    spec: PcaSample,
+    radius: float,
+    aggregate: Aggregate,
+    rng: np.random.Generator,
+) -> np.ndarray:
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges))
     factor = None
@@ -196,10 +204,13 @@ def _grow_cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
         tell(len(aggregate.positions))
         scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
         factor = _find_settled_factor(spec, edges, scale, aggregate.reach)
-    return aggregate.positions[scale <= factor] + [0.0, 0.0, factor * edges[2] / 2]
+    values: NDArray[Any] = aggregate.positions[scale <= factor] + [0.0, 0.0, factor * edges[2] / 2]
+    return values
 
 
-def _find_settled_factor(spec, edges, scale, reach) -> float | None:
+def _find_settled_factor(
+    spec: PcaSample, edges: NDArray[np.float64], scale: NDArray[np.float64], reach: float
+) -> float | None:
     """Factor on the edges of the cut, once no more grains come to rest in it; None before.
 
     scale: smallest factor for each grain; reach: of the aggregate [m].
@@ -223,7 +234,7 @@ def _corner(shape: str) -> np.ndarray:
     return np.array([1.0, 0.0 if shape == "cylinder" else 1.0, 1.0])
 
 
-def _guessed_grains(spec, radius, edges) -> float:
+def _guessed_grains(spec: PcaSample, radius: float, edges: NDArray[np.float64]) -> float:
     """Grains of a sphere at bulk density about the cut, with 10 r of growing surface around it."""
     grain = 4 / 3 * math.pi * radius**3
     if spec.grains is not None:
@@ -231,7 +242,7 @@ def _guessed_grains(spec, radius, edges) -> float:
         volume = edges.prod() * area
         edges = edges * (spec.grains * grain / BULK / volume) ** (1 / 3)
     corner = np.linalg.norm(edges * _corner(spec.shape)) / 2
-    return BULK * (corner / radius + 10) ** 3
+    return float(BULK * (corner / radius + 10) ** 3)
 
 
 def _check_grains(grains: float) -> None:

@@ -1,17 +1,21 @@
 """Pushed grains of a scene, and the changes by pushes before the first step."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.physics.geometry import WALLS, rigid_rotation
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.fields import AnyScene
+from dusttaichi.scene.push import Push
 
 
-def apply_pushes(scene, sample: Sample) -> Sample:
+def apply_pushes(scene: AnyScene, sample: Sample) -> Sample:
     """Apply the displacements and velocities of the pushes of a scene to a sample.
 
     info["push"] has for every push its `kind`, the numbers of its `grains`, its `face`, and the
@@ -55,7 +59,7 @@ def apply_pushes(scene, sample: Sample) -> Sample:
     return replace(sample, positions=x, velocities=v, spins=w, info=info)
 
 
-def find_pushed_grains(origin: str, push, positions: np.ndarray, radius: float) -> np.ndarray:
+def find_pushed_grains(origin: str, push: Push, positions: np.ndarray, radius: float) -> np.ndarray:
     """Find the numbers of the grains of a push, sorted.
 
     Parameters
@@ -87,7 +91,7 @@ def find_pushed_grains(origin: str, push, positions: np.ndarray, radius: float) 
         return np.flatnonzero(behind <= behind.min() + depth + 1e-9 * radius)
     if push.grains == "all":
         return np.arange(len(positions))
-    group = np.unique(push.grains)
+    group: NDArray[np.int64] = np.unique(np.array(push.grains, np.int64))
     if group[-1] >= len(positions):
         raise DustError(
             f"{origin}.grains: there is no grain {group[-1]}; allowed: 0 to {len(positions) - 1}"
@@ -95,7 +99,7 @@ def find_pushed_grains(origin: str, push, positions: np.ndarray, radius: float) 
     return group
 
 
-def _check_carried(pushes, groups) -> None:
+def _check_carried(pushes: Any, groups: Any) -> None:
     for n, (push, group) in enumerate(zip(pushes, groups, strict=True)):
         for m, (other_push, other_group) in enumerate(zip(pushes, groups, strict=True)):
             if m == n or push.speed is None or other_push.kind.startswith("displacement"):
@@ -108,7 +112,7 @@ def _check_carried(pushes, groups) -> None:
                 )
 
 
-def _describe_push(push, group: np.ndarray, delta0: float) -> dict:
+def _describe_push(push: Push, group: np.ndarray, delta0: float) -> dict[str, Any]:
     description = {"kind": push.kind, "grains": group.tolist()}
     if push.face is not None:
         description["face"] = push.face

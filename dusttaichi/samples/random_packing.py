@@ -9,11 +9,11 @@ not a model of the formation of a packing.
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
@@ -22,7 +22,7 @@ from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, place_grains
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 2e5  # minutes
@@ -48,10 +48,10 @@ class RandomPackingSample(MixtureBlock):
     )
 
     def cost(self, scene: AnyScene) -> Cost:
-        grains = self.grains
-        if grains is None:
+        grains: float = self.grains or 0
+        if self.size is not None:
             sphere = 4 / 3 * math.pi * scene.material.radius**3
-            grains = self.filling_factor * np.prod(self.size) / sphere
+            grains = self.filling_factor * float(np.prod(self.size)) / sphere
         # rounds of the minimiser, few in a loose packing
         rounds = 1.0 + (self.filling_factor / 0.62) ** 6 * MOST_ROUNDS / 4
         return Cost("N times the steps of a minimiser", SECONDS * grains * rounds)
@@ -107,7 +107,9 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
     return place_grains(positions, grains, materials, info)
 
 
-def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | None:
+def _pushed_apart(
+    points: NDArray[np.float64], period: ArrayLike | None, grains: Grains, crowd: Crowd
+) -> np.ndarray | None:
     """Points (N, 3) moved until all are at their equilibrium distances or farther, images included.
 
     None if none are found.
@@ -117,7 +119,7 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
     x, box = points / unit, period / unit
     reach = 1.0 if crowd.equal else 2.0 * float(grains.radii.max()) / unit
 
-    def energy(flat):
+    def energy(flat: NDArray[np.float64]) -> Any:
         """Sum of (1 - |x_i - x_j|/d_ij)^2 / 2 over pairs closer than d_ij, and its gradient."""
         at = np.mod(flat.reshape(-1, 3), box)
         i, j = _tree(at, box).query_pairs(reach, output_type="ndarray").T
@@ -136,7 +138,8 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
     for number in range(MOST_ROUNDS):
         tell(number, MOST_ROUNDS)
         if _apart(x, box, grains, unit):
-            return np.mod(x, box) * unit
+            values: np.ndarray | None = np.mod(x, box) * unit
+            return values
         minimum = scipy.optimize.minimize(
             energy,
             x.reshape(-1),
@@ -148,7 +151,7 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
     return None
 
 
-def _apart(x, box, grains, unit) -> bool:
+def _apart(x: NDArray[np.float64], box: NDArray[np.float64], grains: Grains, unit: float) -> bool:
     """True where no two of the points are closer than their equilibrium distance [m]."""
     x = np.mod(x, box)
     reach = 2.0 * float(grains.radii.max()) / unit
@@ -158,12 +161,12 @@ def _apart(x, box, grains, unit) -> bool:
     return bool((np.sqrt((apart**2).sum(axis=1)) * unit >= grains.distance(i, j)).all())
 
 
-def _tree(x, box) -> "scipy.spatial.cKDTree":
+def _tree(x: NDArray[np.float64], box: NDArray[np.float64]) -> "scipy.spatial.cKDTree":
     # a coordinate that is rounded to the far face belongs on the near one
     return scipy.spatial.cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
 
 
-def _closest(x, box) -> float:
+def _closest(x: NDArray[np.float64], box: NDArray[np.float64]) -> float:
     """Smallest distance of two points, images included; inf for one point."""
     if len(x) < 2:
         return math.inf

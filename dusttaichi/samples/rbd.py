@@ -20,10 +20,10 @@ too: filling factors are 0.24 up to 6 r above the floor, 0.175 up to 15 r, 0.165
 import functools
 import math
 from itertools import product
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.near import near, near_pairs
@@ -33,7 +33,7 @@ from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, is_mixture, 
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
-from dusttaichi.scene.fields import AnyScene, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Faults, Field, Number
 from dusttaichi.scene.making import tell
 from dusttaichi.scene.quantities import Quantity
 
@@ -79,6 +79,9 @@ class RbdSample(MixtureBlock):
         return edges, 0 if is_mixture(self) else self.grains or 0
 
 
+Body = tuple[NDArray[np.float64], Grains]  # positions (N, 3) [m], and the grains
+
+
 class Deposit:
     """A laterally periodic deposit of spheres on the floor z = 0.
 
@@ -96,7 +99,7 @@ class Deposit:
     lower bound of the height at which a drop comes to rest anywhere in the cell.
     """
 
-    def __init__(self, period, crowd: Crowd) -> None:
+    def __init__(self, period: Any, crowd: Crowd) -> None:
         self.period = np.broadcast_to(np.asarray(period, dtype=np.float64), 2).copy()
         self.crowd, self.grains = crowd, crowd.draw(0, np.random.default_rng(0))
         self.largest = crowd.largest
@@ -113,12 +116,12 @@ class Deposit:
     @property
     def widest(self) -> float:
         """Largest distance of two grains in contact [m]."""
-        return self.crowd.distance if self.crowd.equal else 2.0 * self.largest
+        return float(self.crowd.distance if self.crowd.equal else 2.0 * self.largest)
 
     @property
     def complete_below(self) -> float:
         """No later drop can come to rest below this height [m]."""
-        return float(self._landing.min()) - ROUNDING * self.crowd.distance
+        return float(self._landing.min() - ROUNDING * self.crowd.distance)
 
     def drop(self, xy: np.ndarray, grains: Grains) -> None:
         """Let grains fall at xy (n, 2) [m], in this order."""
@@ -136,8 +139,8 @@ class Deposit:
         z = self.positions[start:, 2]
         reach = self.widest * (1 + ROUNDING)
         if len(self._reachable):
-            earlier = self.positions[self._reachable, :2]
-            i, j, _ = near(xy, earlier, reach, self.period)
+            below = self.positions[self._reachable, :2]
+            i, j, _ = near(xy, below, reach, self.period)
             i, j, rise = self._support(i + start, self._reachable[j])
             np.maximum.at(z, i - start, self.positions[j, 2] + rise)
         earlier, later, _ = near_pairs(xy, reach, self.period)
@@ -156,7 +159,9 @@ class Deposit:
         self._reachable = np.append(self._reachable, np.arange(start, len(self.positions)))
         self._forget_covered()
 
-    def _support(self, upper, lower):
+    def _support(
+        self, upper: NDArray[np.integer], lower: NDArray[np.integer]
+    ) -> tuple[NDArray[np.integer], NDArray[np.integer], NDArray[np.float64]]:
         """Pairs of grains that can touch, and the height of the upper above the lower one then."""
         square = np.zeros(len(upper))
         for axis, period in enumerate(self.period):
@@ -184,7 +189,9 @@ class Deposit:
             cells = numbers[0][m][rows] * self._landing.shape[1] + numbers[1][n][rows]
             np.maximum.at(self._landing.reshape(-1), cells, z[rows] + rise)
 
-    def _cells_beside(self, axis, x, cell_reach):
+    def _cells_beside(
+        self, axis: int, x: NDArray[np.float64], cell_reach: int
+    ) -> tuple[list[NDArray[Any]], list[NDArray[Any]]]:
         """Cells up to `cell_reach` from that of each x, and squares of their distances [m^2]."""
         cells, period = self._landing.shape[axis], self.period[axis]
         at, numbers, squares = (x / self._cell_edges[axis]).astype(int), [], []
@@ -255,7 +262,7 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     return _sample(spec, materials, (positions, grains), {"deposited": len(scale)})
 
 
-def _one_period(spec, materials: Materials) -> Sample:
+def _one_period(spec: RbdSample, materials: Materials) -> Sample:
     """One period of the deposit, as wide as the size, or for `grains` as high as `aspect` asks.
 
     With `grains` these are the lowest ones, so the number is exact and the aspect approximate.
@@ -289,7 +296,7 @@ def _one_period(spec, materials: Materials) -> Sample:
     return _sample(spec, materials, body, {"deposited": len(tops), "period": period})
 
 
-def _sample(spec, materials, body, info) -> Sample:
+def _sample(spec: RbdSample, materials: Materials, body: Body, info: dict[str, Any]) -> Sample:
     """The Sample of a body (positions, Grains), with its info."""
     positions, grains = body
     info |= {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
@@ -300,29 +307,29 @@ def _sample(spec, materials, body, info) -> Sample:
         period = period * np.array([1.0, 1.0, 2.0])  # no image of the floor above the top
     sample.info.update(cut.measures(sample, grains, radii, period, on_floor=not spec.base))
     if sample.radii is None:
-        sample.info["bulk_filling_factor"] = bulk_filling_factor(sample, radii)
+        sample.info["bulk_filling_factor"] = bulk_filling_factor(sample, materials.radius)
     return sample
 
 
-def _scale(deposit, spec, edges):
+def _scale(deposit: Deposit, spec: RbdSample, edges: NDArray[np.float64]) -> NDArray[np.float64]:
     """Factors (N,) on the edges of the cut with which each grain is just inside."""
     x, radii = _place_about_axis(deposit, spec), deposit.grains.radii
     return np.where(x[:, 2] >= radii, cut.scale(x, spec.shape, edges, radii), math.inf)
 
 
-def _tops(deposit, spec):
+def _tops(deposit: Deposit, spec: RbdSample) -> NDArray[np.float64]:
     """Heights (N,) of the tops of all grains above the base, inf of those below it [m]."""
     z, radii = deposit.positions[:, 2] - spec.base, deposit.grains.radii
     return np.where(z >= radii, z + radii, math.inf)
 
 
-def _check_drops(period, height, radius) -> None:
+def _check_drops(period: Any, height: float, radius: float) -> None:
     """Raise DustError for too many drops; the fluffy top above the cut takes about 30 r."""
     drops = BULK * np.prod(period) * (height + 30 * radius) / (4 / 3 * math.pi * radius**3)
     check_grains(drops, "sample", MOST_DROPS, "the cake to cut from", cut.ADVICE)
 
 
-def _drop_batch(deposit: Deposit, rng) -> None:
+def _drop_batch(deposit: Deposit, rng: np.random.Generator) -> None:
     """Drop four grains per squared touching distance: several layers, few rounds of support."""
     n = math.ceil(4 * float(np.prod(deposit.period)) / deposit.crowd.distance**2)
     grains = deposit.crowd.draw(n, rng)
@@ -330,13 +337,13 @@ def _drop_batch(deposit: Deposit, rng) -> None:
     deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below), grains)
 
 
-def _place_about_axis(deposit: Deposit, spec) -> np.ndarray:
+def _place_about_axis(deposit: Deposit, spec: RbdSample) -> np.ndarray:
     """Positions (N, 3) [m] about the axis, above the base."""
-    return deposit.positions - np.append(deposit.period / 2, spec.base)
+    return np.asarray(deposit.positions - np.append(deposit.period / 2, spec.base))
 
 
-def _guessed_width(spec, radius, margin=2.0) -> float:
+def _guessed_width(spec: RbdSample, radius: float, margin: float = 2.0) -> float:
     """Width of the cut at bulk density; whole grains need 2 r beside their centres."""
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
-    centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
-    return radius * max(centres ** (1 / 3) + margin, 2.0 / spec.aspect)
+    centres = cast(int, spec.grains) * 4 / 3 * math.pi / (BULK * area * spec.aspect)
+    return float(radius * max(centres ** (1 / 3) + margin, 2.0 / spec.aspect))

@@ -2,9 +2,11 @@
 
 import os
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES, LYING, grains_within, power
@@ -12,6 +14,15 @@ from dusttaichi.physics.near import near_pairs
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 BYTES = 1000  # least memory of a grain in sample and simulation
+
+
+class PeriodicCell(Protocol):
+    """Edges of the cell of a sample (images.Cell)."""
+
+    @property
+    def period(self) -> NDArray[np.float64]: ...
+    @property
+    def axes(self) -> NDArray[np.intp]: ...
 
 
 @dataclass(frozen=True)
@@ -34,23 +45,23 @@ class Sample:
     also of a sample that is made of this one.
     """
 
-    positions: np.ndarray  #: [m], (N, 3) float64.
-    velocities: np.ndarray  #: [m/s], (N, 3) float64.
-    spins: np.ndarray  #: [rad/s], (N, 3) float64.
+    positions: NDArray[np.float64]  #: [m], (N, 3) float64.
+    velocities: NDArray[np.float64]  #: [m/s], (N, 3) float64.
+    spins: NDArray[np.float64]  #: [rad/s], (N, 3) float64.
     #: History of existing pair contacts (see Notes); None: contacts are found from the distances.
-    contacts: dict[str, np.ndarray] | None = None
+    contacts: dict[str, NDArray[Any]] | None = None
     #: Plain numbers and texts on origin and measures of the sample.
-    info: dict = field(default_factory=dict)
+    info: dict[str, Any] = field(default_factory=dict)
     #: [m], (N,); None where all grains have the radius of their material.
-    radii: np.ndarray | None = None
+    radii: NDArray[np.float64] | None = None
     #: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their order; None
     #: where all are of the first.
-    materials: np.ndarray | None = None
+    materials: NDArray[np.integer] | None = None
     #: History of the contacts with walls, whose positions are info["room"], or None.
-    wall_contacts: dict[str, np.ndarray] | None = None
+    wall_contacts: dict[str, NDArray[Any]] | None = None
 
     @classmethod
-    def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> "Sample":
+    def at_rest(cls, positions: np.ndarray, info: dict[str, Any] | None = None) -> "Sample":
         """Grains that neither move nor spin.
 
         Parameters
@@ -70,15 +81,19 @@ class Sample:
 # The radius [m] of the functions below is one number for all grains, or (N,).
 
 
-def extent(sample: Sample, radius) -> np.ndarray:
+def extent(sample: Sample, radius: float | NDArray[np.float64]) -> np.ndarray:
     """Edges of the smallest upright box around the grains, surfaces included, shape (3,) [m]."""
     if np.ndim(radius):
-        surface, x = radius[:, None], sample.positions
-        return (x + surface).max(axis=0) - (x - surface).min(axis=0)
-    return np.ptp(sample.positions, axis=0) + 2 * radius
+        surface, x = np.asarray(radius)[:, None], sample.positions
+        edges: NDArray[np.float64] = (x + surface).max(axis=0) - (x - surface).min(axis=0)
+    else:
+        edges = np.ptp(sample.positions, axis=0) + 2 * radius
+    return edges
 
 
-def filling_factor(sample: Sample, radius, cell=None) -> float:
+def filling_factor(
+    sample: Sample, radius: float | NDArray[np.float64], cell: PeriodicCell | None = None
+) -> float:
     """Grain volume over the volume of the sample.
 
     The latter is the smallest upright box around the grains (S12 eq 28), surfaces included, except
@@ -100,7 +115,9 @@ def filling_factor(sample: Sample, radius, cell=None) -> float:
     return float(grains / volume(sample, radius, cell)[0])
 
 
-def volume(sample: Sample, radius, cell=None) -> tuple[float, str]:
+def volume(
+    sample: Sample, radius: float | NDArray[np.float64], cell: PeriodicCell | None = None
+) -> tuple[float, str]:
     """Volume [m^3] for the filling factor, and what it is the volume of.
 
     Arguments as of `filling_factor`.
@@ -123,10 +140,10 @@ def volume(sample: Sample, radius, cell=None) -> tuple[float, str]:
         along = AXES.index(sample.info.get("axis", "z"))
         reach = (np.hypot(*np.delete(sample.positions, along, axis=1).T) + radius).max()
         return np.pi * reach**2 * edges[along], "bounding cylinder"
-    return np.prod(edges), "bounding box"
+    return float(np.prod(edges)), "bounding box"
 
 
-def radius_of_gyration(sample: Sample, radius) -> float:
+def radius_of_gyration(sample: Sample, radius: float | NDArray[np.float64]) -> float:
     """Radius of gyration R_g [m]: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2.
 
     Grains of unequal radii are weighted with their volumes, whatever they are made of.
@@ -145,7 +162,7 @@ def radius_of_gyration(sample: Sample, radius) -> float:
     return float(np.sqrt((apart**2).sum(axis=1).mean() + 0.6 * radius**2))
 
 
-def fractal_dimension(sample: Sample, radius) -> float:
+def fractal_dimension(sample: Sample, radius: float | NDArray[np.float64]) -> float:
     """D of N(<R) ~ R^D about grains of the core (geometry.grains_within).
 
     For a single fractal aggregate it scatters by about 0.2.
@@ -199,7 +216,9 @@ def bulk_filling_factor(
     return float(inside * 4 / 3 * radius**3 / (reach**2 * (ceiling - floor)))
 
 
-def touching_pairs(positions: np.ndarray, distance: float, period=None) -> np.ndarray:
+def touching_pairs(
+    positions: np.ndarray, distance: float, period: ArrayLike | None = None
+) -> np.ndarray:
     """Pairs i < j of grains whose centres are no farther apart than a distance.
 
     Parameters
@@ -223,7 +242,7 @@ def touching_pairs(positions: np.ndarray, distance: float, period=None) -> np.nd
     return np.column_stack(near_pairs(positions, distance, period)[:2])
 
 
-def smallest_gap(positions: np.ndarray, radius) -> float:
+def smallest_gap(positions: np.ndarray, radius: float | NDArray[np.float64]) -> float:
     """Smallest distance of two surfaces among the four nearest neighbours of each grain [m].
 
     Parameters
@@ -249,7 +268,11 @@ def memory() -> float:
 
 
 def check_grains(
-    grains: float, origin: str, max_grains=np.inf, object_name="", advice="Use fewer grains."
+    grains: float,
+    origin: str,
+    max_grains: float = np.inf,
+    object_name: str = "",
+    advice: str = "Use fewer grains.",
 ) -> None:
     """Raise DustError for too many grains for the memory, or more than `max_grains`.
 

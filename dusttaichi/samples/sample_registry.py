@@ -15,7 +15,7 @@ registers itself in the same way.
 """
 
 from collections.abc import Callable
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, TypeVar
 
 from dusttaichi.samples.description import describe_in_cell
 from dusttaichi.samples.images import OPEN, find_cell
@@ -23,7 +23,8 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 
-Make = Callable[["SampleBlock", Materials], Sample]
+Spec = TypeVar("Spec", bound="SampleBlock")
+Make = Callable[[Spec, Materials], Sample]
 
 
 class SampleBlock(KindBlock):
@@ -59,7 +60,7 @@ GRAINS = Kinds(__package__, "kind of sample")
 reads_samples = GRAINS.add_reader
 
 
-def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
+def register(block: type[Spec]) -> Callable[[Make[Spec]], Make[Spec]]:
     """Register the function below as the generator of samples of this block (decorator).
 
     The function is called with the block, its quantities in SI, and the scene's Materials (radius
@@ -78,7 +79,7 @@ def make_sample(spec: SampleBlock, materials: Materials, *, body: bool = True) -
 
     body: it is one of a larger sample, so that the cell of the scene is not around it.
     """
-    sample = GRAINS[spec.kind].make(spec, materials)
+    sample: Sample = GRAINS[spec.kind].make(spec, materials)
     sample.info.setdefault("kind", spec.kind)
     sample.info.setdefault("grains", len(sample))
     cell = OPEN if body else find_cell(sample.info, materials)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,12 +27,11 @@ def join_members(members: Sequence[Sample], radius: float) -> Sample:
     grains = join_grains(members, [radius if s.radii is None else s.radii for s in members])
     bodies = [[s.info["target_grains"], len(s) - s.info["target_grains"]] for s in members]
     info = {"members": bodies} | (dict(members[0].info) if len(members) == 1 else {})
-    return Sample(
-        **joined, contacts=join_contacts(members), info=info, **(grains if unequal else {})
-    )
+    parts: dict[str, Any] = joined | (grains if unequal else {})
+    return Sample(**parts, contacts=join_contacts(members), info=info)
 
 
-def join_grains(samples: Sequence[Sample], radii: Sequence) -> dict[str, np.ndarray]:
+def join_grains(samples: Sequence[Sample], radii: Sequence[Any]) -> dict[str, np.ndarray]:
     """Radii and materials of several samples; radii: of each, one number [m] or (N,)."""
     materials = [
         np.zeros(len(body), np.int32) if body.materials is None else body.materials

@@ -9,19 +9,19 @@ formation of dust.
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
+from dusttaichi.samples.mixture import Grains, MixtureBlock, draw_grains, place_grains
 from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 30_000  # two minutes
@@ -46,10 +46,10 @@ class SpaceFillingSample(MixtureBlock):
     )
 
     def cost(self, scene: AnyScene) -> Cost:
-        grains = self.grains
-        if grains is None:
-            grain = _compute_volume(scene.material.radius)
-            grains = self.filling_factor * np.prod(self.size) / grain
+        grains: float = self.grains or 0
+        if self.size is not None:
+            grain = float(_compute_volume(scene.material.radius))
+            grains = self.filling_factor * float(np.prod(self.size)) / grain
         return Cost("N^2", SECONDS * grains**2)
 
     def faults(self) -> Faults:
@@ -67,9 +67,9 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     reached.
     """
     rng = np.random.Generator(np.random.PCG64(spec.seed))
-    volume = None if spec.size is None else float(np.prod(spec.size))
-    count = spec.grains
-    if count is None:
+    count = spec.grains or 0
+    if spec.size is not None:
+        volume = float(np.prod(spec.size))
         mean = np.mean(_compute_volume(draw_grains(spec, materials, 10_000, rng).radii))
         count = max(1, round(spec.filling_factor * volume / mean))
     check_grains(count, "sample", MOST_GRAINS, "the box")
@@ -92,11 +92,13 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     return place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
 
 
-def _compute_volume(radius):
-    return 4 / 3 * math.pi * radius**3
+def _compute_volume(radius: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    return 4 / 3 * math.pi * np.asarray(radius) ** 3
 
 
-def _grow_tree(grains, edges, rng) -> np.ndarray | None:
+def _grow_tree(
+    grains: Grains, edges: NDArray[np.float64], rng: np.random.Generator
+) -> np.ndarray | None:
     """Grow centres (N, 3) [m] in the box from the origin to `edges`; None if too few grains fit."""
     radii, x = grains.radii, np.empty((len(grains), 3))
     x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
@@ -112,7 +114,13 @@ def _grow_tree(grains, edges, rng) -> np.ndarray | None:
     return x
 
 
-def _place_grain(x, radii, touch, room, rng):
+def _place_grain(
+    x: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    touch: NDArray[np.float64],
+    room: Any,
+    rng: np.random.Generator,
+) -> Any:
     """Place the next grain beside the one nearest to a random point; NaN without success."""
     edges, radius = room
     # the first that fits is taken: most often one of the first few, and all cost as much

@@ -6,12 +6,14 @@ are compressed: the overlap in equilibrium, delta0, is a seven thousandth of the
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.physics.geometry import label_components
 from dusttaichi.samples.description import format_counts
-from dusttaichi.samples.images import find_cell
+from dusttaichi.samples.images import Cell, find_cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import EqualGrains, Grains, Touch
 from dusttaichi.samples.sample import ROUNDING, Sample
@@ -30,7 +32,7 @@ DAMPING = 0.03  # of the linear equations, over the change of a distance by one 
 ROUNDS, TRIES = 60, 8  # steps of Newton's method, and tries to bring all pairs into contact
 
 
-def rounding(positions, unit: float) -> float:
+def rounding(positions: NDArray[np.float64], unit: float) -> float:
     """Spacing [m] of the decimal numbers that positions (N, 3) [m] are; 0 where they have none.
 
     unit: of the numbers in the file [m].
@@ -46,7 +48,7 @@ def rounding(positions, unit: float) -> float:
     return 0.0
 
 
-def put_in_contact(sample: Sample, materials: Materials, within, unit: float | None) -> Sample:
+def put_in_contact(sample: Sample, materials: Materials, within: Any, unit: float | None) -> Sample:
     """Put touching grains into equilibrium contact; the info of the sample describes the change.
 
     Pairs whose gap or overlap is within a tolerance of the sum of their radii touch. Where some of
@@ -89,38 +91,41 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
 class _Grains:
     """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
 
-    def __init__(self, sample, materials, cell) -> None:
+    def __init__(self, sample: Sample, materials: Materials, cell: Cell) -> None:
         self.x, self.mass = sample.positions, materials.masses(sample)
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
         if sample.radii is None:
-            self._mixture = EqualGrains(self.radii, None, materials.distance)
+            numbers = np.zeros(len(sample), np.int32)
+            self._mixture: Grains = EqualGrains(self.radii, numbers, materials.distance)
         else:
-            self._mixture = Grains(self.radii, sample.materials, Touch(materials))
+            self._mixture = Grains(self.radii, materials.numbers_of(sample), Touch(materials))
         self.largest = 2.0 * float(self.radii.max())
         self.cell = cell
 
-    def rest(self, i, j):
+    def rest(self, i: NDArray[np.integer], j: NDArray[np.integer]) -> Any:
         """Distances of pairs in equilibrium [m]."""
         return np.broadcast_to(self._mixture.distance(i, j), len(i))
 
-    def at_rest(self, i, j):
+    def at_rest(self, i: NDArray[np.integer], j: NDArray[np.integer]) -> Any:
         """True of pairs that do not move against each other."""
         same = np.all(self.velocities[i] == self.velocities[j], axis=1)
         return same & ~(self.turning[i] | self.turning[j])
 
-    def distances(self, x, i, j):
+    def distances(
+        self, x: NDArray[np.float64], i: NDArray[np.integer], j: NDArray[np.integer]
+    ) -> Any:
         return np.linalg.norm(self.cell.nearest(x[i] - x[j]), axis=1)
 
 
-def _choose_tolerances(sample, grains, within, unit):
+def _choose_tolerances(sample: Sample, grains: _Grains, within: Any, unit: Any) -> Any:
     """Choose the gaps [m] of `_tolerances`, or those of the scene."""
     if within == AUTO:
         return _tolerances(sample, grains, unit)
     return (within * grains.largest,) * 2
 
 
-def _tolerances(sample, grains, unit):
+def _tolerances(sample: Sample, grains: _Grains, unit: Any) -> Any:
     """Gaps [m] within which two grains touch: any, and those that are at rest to each other."""
     least = ROUNDING * grains.largest
     if len(sample) == 2 and unit is None:  # a gap or an overlap that is meant
@@ -134,7 +139,9 @@ def _tolerances(sample, grains, unit):
     return (0.0 if len(sample) == 2 else spread), max(spread, AT_REST * grains.largest)
 
 
-def contacts_by_distance(sample: Sample, materials: Materials, within, unit, cell) -> np.ndarray:
+def contacts_by_distance(
+    sample: Sample, materials: Materials, within: Any, unit: Any, cell: Cell
+) -> np.ndarray:
     """Pairs (C, 2) of grains that overlap or touch, by the tolerances of `put_in_contact`.
 
     cell: images.Cell of the positions; the other arguments are those of put_in_contact.
@@ -144,10 +151,11 @@ def contacts_by_distance(sample: Sample, materials: Materials, within, unit, cel
     least = ROUNDING * grains.largest
     i, j, _, gap, near = _find_near_pairs(grains, tuple(max(gap, least) for gap in tolerances))
     touching = near | (gap <= 0.0)
-    return np.column_stack([i, j])[touching]
+    values: NDArray[Any] = np.column_stack([i, j])[touching]
+    return values
 
 
-def _find_near_pairs(grains, tolerances):
+def _find_near_pairs(grains: _Grains, tolerances: Any) -> Any:
     """Find i, j, sums of radii, gaps of pairs up to their tolerances, and True within them."""
     factor = 1.0 + max(tolerances) / (2.0 * grains.radii.min())
     i, j = grains.cell.pairs(grains.x, grains.radii, factor).T
@@ -158,7 +166,7 @@ def _find_near_pairs(grains, tolerances):
     return i, j, both, gap, near
 
 
-def _move_grains(grains, tolerances, every):
+def _move_grains(grains: _Grains, tolerances: Any, every: bool) -> Any:
     """Move grains into contact: positions and measures of the change, or {} without need.
 
     tolerances: as of `_tolerances`. every: also where no pair is apart.
@@ -193,7 +201,9 @@ def _move_grains(grains, tolerances, every):
     }
 
 
-def _relax_distances(grains, i, j, target):
+def _relax_distances(
+    grains: _Grains, i: NDArray[np.integer], j: NDArray[np.integer], target: Any
+) -> Any:
     """Relax positions until pairs have these distances, with the least change by mass.
 
     Newton's method for the distances; its linear equations have the solution of least change, which
@@ -207,12 +217,12 @@ def _relax_distances(grains, i, j, target):
     close = CLOSE * (grains.radii[i] + grains.radii[j] - grains.rest(i, j)).min()
     rows = np.repeat(np.arange(len(i)), 6)
     columns = (3 * np.column_stack([i, j])[:, :, None] + np.arange(3)).reshape(-1)
-    best, least = x, np.inf
+    best, least = x, float("inf")
     for _ in range(ROUNDS):
         d = grains.cell.nearest(x[i] - x[j])
         distance = np.linalg.norm(d, axis=1)
         off = distance - target
-        if (size := np.linalg.norm(off)) > (1.0 - 1e-5) * least:
+        if (size := float(np.linalg.norm(off))) > (1.0 - 1e-5) * least:
             break
         best, least = x.copy(), size
         if np.abs(off).max() < close:
@@ -225,11 +235,11 @@ def _relax_distances(grains, i, j, target):
     return best
 
 
-def _format_length(value):
+def _format_length(value: Any) -> str:
     return quantities.format(float(f"{value:.3g}"), "length", digits=3)
 
 
-def _describe_change(touching) -> str:
+def _describe_change(touching: Any) -> str:
     gap = touching["largest_gap"]
     text = f"{touching['apart']:,} of {touching['within']:,} pairs of touching grains were "
     text += f"up to {_format_length(gap)} apart" if gap > FINEST else "just at contact"
@@ -241,7 +251,7 @@ def _describe_change(touching) -> str:
     return text
 
 
-def _format_remark(touching) -> str:
+def _format_remark(touching: Any) -> str:
     return (
         f"sample: {touching['done']} (pairs within "
         f"{_format_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
@@ -257,7 +267,9 @@ def deep_overlaps(sample: Sample, materials: Materials) -> str:
     return _describe_deep_overlaps(grains, grains.x, *grains.cell.pairs(grains.x, grains.radii).T)
 
 
-def _describe_deep_overlaps(grains, x, i, j) -> str:
+def _describe_deep_overlaps(
+    grains: _Grains, x: NDArray[np.float64], i: NDArray[np.integer], j: NDArray[np.integer]
+) -> str:
     if not len(i):
         return ""
     both = grains.radii[i] + grains.radii[j]

@@ -1,11 +1,13 @@
 """Types of values in the YAML blocks of several kinds of samples."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
 from dusttaichi.scene.fields import (
+    AnyScene,
     Block,
     CoreSchema,
     Count,
@@ -47,7 +49,8 @@ def edges_of(size: Vector | CylinderSize) -> tuple[float, float, float]:
     """Edges (x, y, z) [m] of the upright box around a size."""
     if isinstance(size, CylinderSize):
         return (size.diameter, size.diameter, size.height)
-    return tuple(size)
+    x, y, z = size
+    return x, y, z
 
 
 Size = Annotated[
@@ -73,7 +76,8 @@ def _material_name(value: Any) -> str | int:
             "the name of one of the scene's materials is needed, or its number: 0 for material, "
             "from 1 on for materials"
         )
-    return value
+    text: str | int = value
+    return text
 
 
 MaterialName = Annotated[str | int, BeforeValidator(_material_name)]
@@ -130,7 +134,7 @@ def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> Faults:
         yield "", f"exactly one of {names} is needed, for example {example}"
 
 
-def unknown_materials(material_names, scene) -> Faults:
+def unknown_materials(material_names: Sequence[str | int] | None, scene: AnyScene) -> Faults:
     """A fault for the first name or number that no material of the scene has."""
     names = scene.material_names
     for n, name in enumerate(material_names or ()):

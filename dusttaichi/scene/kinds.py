@@ -25,7 +25,7 @@ class KindBlock(Block):
     """False where it cannot be a body of another block, such as the target of a collision."""
 
     @property
-    def body_blocks(self) -> dict[str, "KindBlock"]:
+    def body_blocks(self) -> Mapping[str, "KindBlock"]:
         """Blocks of the bodies that it is made of, by their paths; none of a single body."""
         return {}
 

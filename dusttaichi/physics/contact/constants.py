@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import inf, pi
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was deriv
 S_PULL_OFF = 6.0 ** (-1.0 / 3.0)  # sqrt(a/a0) at pull-off
 
 
-def sphere_mass(r, density):
+def sphere_mass(r: Any, density: Any) -> Any:
     """Mass of a solid sphere [kg]."""
     return 4.0 / 3.0 * pi * r**3 * density
 
@@ -218,13 +219,13 @@ class ContactConstants(Interface):
         raise AttributeError(f"a contact has no number {name!r}")
 
 
-def pair_constants(material, interaction):
+def pair_constants(material: Any, interaction: Any) -> Any:
     """Constants of a contact between two equal grains, modifiers included."""
     r = material.radius
     return mixed_constants(material, r, material, r, interaction)
 
 
-def mixed_constants(a, r1, b, r2, interaction):
+def mixed_constants(a: Any, r1: float, b: Any, r2: float, interaction: Any) -> Any:
     """Constants of a contact between grains of materials a, b and radii r1, r2 [m].
 
     `scaled` damping takes the harmonic mean of the masses for m0, 2 R for the radius.

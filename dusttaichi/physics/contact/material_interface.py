@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import sqrt
+from typing import Any
 
 
 def reduced_modulus(material):
@@ -77,7 +78,7 @@ def mixed_properties(a, b, interaction):
     )
 
 
-def interface(a, b, interaction):
+def interface(a: Any, b: Any, interaction: Any) -> Any:
     """Interface of two materials, in either order the same."""
     rule = interaction.shear_modulus
     first, second = (
