@@ -142,8 +142,8 @@ def _cut_size(
     inside = np.flatnonzero(_select_inside(spec, sample.positions))
     if not len(inside):
         raise DustError(
-            f"sample.diameter = {1e6 * cast(float, spec.diameter):g} µm: no grain is inside; allowed: a "
-            "larger diameter or length, or a sample that is less empty."
+            f"sample.diameter = {1e6 * cast(float, spec.diameter):g} µm: no grain is inside; "
+            "allowed: a larger diameter or length, or a sample that is less empty."
         )
     return extraction.select_grains(sample, inside), high - low
 

@@ -124,7 +124,7 @@ def _parse_unit(unit: str) -> "pint.Unit":
 def _find_root_units(unit: str) -> tuple[Decimal, str]:
     """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
     factor, root = _registry().get_root_units(_parse_unit(unit))
-    return cast(Decimal, factor), str(root)
+    return Decimal(cast(float, factor)), str(root)
 
 
 def _find_zero(unit: str) -> Decimal:

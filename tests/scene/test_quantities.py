@@ -30,6 +30,8 @@ ROOT = Path(__file__).parents[2]
         ("0.6um", "length", 0.6e-6),
         (" 2 nm ", "length", 2e-9),
         ("8 Å", "length", 8e-10),
+        ("2 um/us", "speed", 2.0),  # for which pint's factor is a whole number
+        ("2 m s-1", "speed", 2.0),
         ("20 mJ/m^2", "surface energy", 0.02),
         ("20 mJ/m²", "surface energy", 0.02),
         ("20 mJ m^-2", "surface energy", 0.02),
