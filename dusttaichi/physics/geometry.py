@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+Floats = NDArray[np.float64]
 AxisName = Literal["x", "y", "z"]
 WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
 AXES: tuple[AxisName, ...] = get_args(AxisName)
@@ -45,11 +46,8 @@ def nearest_image(d: ArrayLike, period: ArrayLike, tilt: float = 0.0) -> NDArray
 
 
 def pairs_within(
-    positions: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    factor: float = 1.0,
-    period: ArrayLike | None = None,
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    positions: Floats, radii: Floats, factor: float = 1.0, period: ArrayLike | None = None
+) -> tuple[NDArray[Any], ...]:
     """Pairs i < j no farther apart than `factor` times the sum of their radii: i, j, distance.
 
     positions: (N, D); radii: (N,); period: edges (D,) of a periodic cell around the positions. The
@@ -236,9 +234,8 @@ def neighbours_within(positions, radii_in, period=None, largest_number=None):
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
     if largest_number is not None and len(centres) > largest_number:
         centres = np.random.default_rng(1).choice(centres, largest_number, replace=False)
-    pair_counts = scipy.spatial.cKDTree(centres).count_neighbors(
-        scipy.spatial.cKDTree(images), nearer
-    )
+    tree, image_tree = (scipy.spatial.cKDTree(points) for points in (centres, images))
+    pair_counts = tree.count_neighbors(image_tree, nearer)
     counts = np.empty(len(radii))
     counts[order] = pair_counts / len(centres) - 1.0
     return counts
@@ -286,9 +283,8 @@ def are_in_same_fragment(label, masses, bodies):
 
     label, masses: fragment and mass of each point, (N,). bodies: points of each.
     """
-    masses_by_fragment = [
-        np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies
-    ]
+    count = label.max() + 1
+    masses_by_fragment = [np.bincount(label[b], masses[b], minlength=count) for b in bodies]
     return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in masses_by_fragment)).any())
 
 
@@ -346,9 +342,7 @@ def power(x: ArrayLike, y: ArrayLike) -> float:
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
-def rigid_rotation(
-    spin: ArrayLike, x: NDArray[np.float64], mass: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def rigid_rotation(spin: ArrayLike, x: Floats, mass: Floats) -> Floats:
     """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass.
 
     x: positions (n, 3), mass (n, 1). Units that match.
