@@ -12,7 +12,7 @@ from benchmarks import runs
 from benchmarks.table import Column, Table
 from dusttaichi.compute.processes import python_command
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 SCENE, GRAINS = "omni_static", 3000
 PROGRAMS = (0, 1, 2)  # that compute beside the run

@@ -12,7 +12,7 @@ from contextlib import ExitStack
 
 from benchmarks.table import Column, Table, check_file
 from dusttaichi.errors import DustError
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 TASK = "benchmarks.collisions:answer"
 SCENE = """

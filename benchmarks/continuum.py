@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.table import Column, Table, check_file
 from dusttaichi.scene import Scene, quantities
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 SIZES = {2: (5_000, 20_000, 65_000), 3: (20_000,)}  # particles of the bed, about, by dimension
 QUICK = {2: (5_000, 20_000), 3: (5_000,)}

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from benchmarks import sample as bench_sample
 from benchmarks.instructions import Stepper
 from benchmarks.table import Column, Table
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 GRAINS, FILLING_FACTOR, STEPS = 1000, 0.35, 100
 PRECISIONS = ("f64", "mixed")

@@ -20,7 +20,7 @@ from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.physics.contact import effect_registry
 from dusttaichi.scene.drive import SPEEDS
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35

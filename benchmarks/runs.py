@@ -8,7 +8,7 @@ from statistics import median
 
 from benchmarks.table import Column, Table
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 SCENE = "omni_box"
 SIZES, ROUNDS = (1000, 3000, 11_000), 3

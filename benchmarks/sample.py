@@ -32,7 +32,7 @@ from dusttaichi import samples, units
 from dusttaichi.compute.cache import cache_folder
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.scene import Scene
-from dusttaichi.studies.bench import Timed
+from dusttaichi.studies.machine_speed import Timed
 
 TASK = "benchmarks.task:answer"  # of the processes
 MATERIAL = "silicate_s12"

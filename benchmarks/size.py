@@ -14,7 +14,7 @@ from benchmarks.continuum import scene_of
 from benchmarks.table import Column, Table, check_file
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene, load, quantities
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 TASK = "benchmarks.size_task:answer"
 GRAINS = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)

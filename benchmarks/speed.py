@@ -18,7 +18,7 @@ from benchmarks.table import Column, Table, check_file
 from dusttaichi import samples
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.bench import Timed, machine
+from dusttaichi.studies.machine_speed import Timed, machine
 
 SIZES = (1_000, 11_000, 100_000)
 FILLING_FACTORS, THREADS = (0.15, 0.35, 0.55), (1, 2)

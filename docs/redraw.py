@@ -27,7 +27,7 @@ from dusttaichi.plots import style
 from dusttaichi.plots.tensile import strengths
 from dusttaichi.scene import extensions, load
 from dusttaichi.scene.material import NAMED, Material
-from dusttaichi.studies.extremes import GROUPS
+from dusttaichi.studies.extremes_map import GROUPS
 from dusttaichi.studies.suggest import COLUMNS, TABLE, classify_scene
 
 HERE = Path(__file__).parent

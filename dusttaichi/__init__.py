@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
     from dusttaichi.running.interface import simulate
     from dusttaichi.samples import Sample
     from dusttaichi.scene import Scene, from_yaml, load
-    from dusttaichi.studies.interface import collide, run, study, sweep
+    from dusttaichi.studies.python_interface import collide, run, study, sweep
 
 # Taichi and Quadrants print a header on import; the output of a run is for the user
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
@@ -31,10 +31,10 @@ _HOMES = {
     "make_sample": "dusttaichi.method",
     "Sample": "dusttaichi.samples",
     "simulate": "dusttaichi.running.interface",
-    "run": "dusttaichi.studies.interface",
-    "sweep": "dusttaichi.studies.interface",
-    "collide": "dusttaichi.studies.interface",
-    "study": "dusttaichi.studies.interface",
+    "run": "dusttaichi.studies.python_interface",
+    "sweep": "dusttaichi.studies.python_interface",
+    "collide": "dusttaichi.studies.python_interface",
+    "study": "dusttaichi.studies.python_interface",
     "open_run": "dusttaichi.analysis",
     "DustError": "dusttaichi.errors",
     "ti": "dusttaichi.compute.engine",

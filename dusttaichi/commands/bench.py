@@ -8,6 +8,6 @@ def bench():
 
     Steps/s of two scenes, relative error of their energy balance, width of vectors.
     """
-    from dusttaichi.studies import bench
+    from dusttaichi.studies import machine_speed
 
-    say(bench.text(bench.main(log=remark)))
+    say(machine_speed.text(machine_speed.main(log=remark)))

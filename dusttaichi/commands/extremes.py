@@ -31,7 +31,7 @@ def extremes(
     Over time steps, materials, speeds and sizes.
     """
     from dusttaichi import plots
-    from dusttaichi.studies.extremes import ExtremesMap, save
+    from dusttaichi.studies.extremes_map import ExtremesMap, save
 
     folder = run.output or Path("runs/extremes")
     study = ExtremesMap(folder, quick=quick, only=only, threads=run.threads)
@@ -45,7 +45,7 @@ def extremes(
 
 
 def _show(data):
-    from dusttaichi.studies.extremes import HEADINGS, summarise
+    from dusttaichi.studies.extremes_map import HEADINGS, summarise
 
     headings = [
         {"header": heading, "justify": "right" if n else "left", "no_wrap": True}

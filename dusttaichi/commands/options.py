@@ -158,7 +158,7 @@ def load_scene(file, threads=None, settings=None, extensions=None):
     with importing(extensions):
         scene = load(file)
     if settings:
-        from dusttaichi.studies.settings import apply_settings
+        from dusttaichi.studies.scene_settings import apply_settings
 
         scene = apply_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)

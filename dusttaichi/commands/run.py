@@ -40,7 +40,7 @@ def run(
     if getattr(scene, "collisions", None) is not None and not run.quiet:
         remark(f"this is the one collision of `sample`; all of `collisions`: dust collide {file}")
     if scene.replicas is not None:
-        from dusttaichi.studies.sweep import replicas
+        from dusttaichi.studies.sweep_study import replicas
 
         with run.writing(file):
             run_sweep(replicas(scene, directory), run, verbose=verbose)

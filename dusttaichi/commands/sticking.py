@@ -43,28 +43,30 @@ def sticking(
     continues either.
     """
     from dusttaichi.analysis.plain import convert_value
-    from dusttaichi.studies import restitution
-    from dusttaichi.studies import sticking as search
-    from dusttaichi.studies.settings import apply_settings
+    from dusttaichi.studies import restitution_map, sticking_search
+    from dusttaichi.studies.scene_settings import apply_settings
 
     scene = options.load_scene(file, run.threads, extensions=run.extensions)
     folder = run.output or scene.output.directory.with_name(f"{scene.name}-sticking")
     # --force is about files of others alone
     options_of_run = {"force": not run.resume, "every": SHOWN_EVERY}
     if chart is not None:
-        study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
+        study = restitution_map.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         _remark_model(study)
         with run.writing(file):
             data = study.dataset(run.run(study, **options_of_run))
             paths = _save_map(data, study.file)
-        rows, numbers = restitution.list_map_rows(data), data
+        rows, numbers = restitution_map.list_map_rows(data), data
     else:
         scene = apply_settings(scene, settings or [])
-        ends = (search.parse_speed(*end) for end in (("--low", low), ("--high", high)))
-        study = search.Search(scene, tolerance, *ends, directory=folder, log=run.log)
+        ends = (sticking_search.parse_speed(*end) for end in (("--low", low), ("--high", high)))
+        study = sticking_search.Search(scene, tolerance, *ends, directory=folder, log=run.log)
         _remark_model(study)
         bracket, paths = study.build_result(run.run(study, **options_of_run)), [study.file]
-        rows, numbers = search.list_rows(bracket), convert_value(bracket) | {"speed": bracket.speed}
+        rows, numbers = (
+            sticking_search.list_rows(bracket),
+            convert_value(bracket) | {"speed": bracket.speed},
+        )
 
     def show():
         for label, value in rows:

@@ -1,4 +1,4 @@
-"""`dust study`: the runs that a Python file of the user asks for."""
+"""`dust study`: the runs that a Python file of the user lists."""
 
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +20,7 @@ def study(
 ):
     """Run a study of your own, written in Python.
 
-    The file says which runs of a scene it wants, given those that it has.
+    The file lists the runs of a scene, also by the results of earlier ones.
     """
     from dusttaichi.studies import user_study
     from dusttaichi.studies.finish import finish_study

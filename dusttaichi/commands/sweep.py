@@ -26,10 +26,10 @@ def sweep(
     run,
 ):
     """Run a scene over a grid of values: dataset, figure, table."""
-    from dusttaichi.studies import sweep as studies
-    from dusttaichi.studies.settings import apply_common_settings
+    from dusttaichi.studies import sweep_study
+    from dusttaichi.studies.scene_settings import apply_common_settings
 
     scene, swept = apply_common_settings(run.load_scene(file), settings)
-    study = studies.sweep(scene, swept, run.find_folder(scene, "sweep"))
+    study = sweep_study.sweep(scene, swept, run.find_folder(scene, "sweep"))
     with run.writing(file):
         run_sweep(study, run, verbose=verbose)

@@ -41,7 +41,7 @@ def trade(
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
     from dusttaichi.studies import trade_plan
-    from dusttaichi.studies.trade import TradeStudy
+    from dusttaichi.studies.trade_study import TradeStudy
 
     scene = options.load_scene(file, extensions=run.extensions)
     if suggest:
@@ -54,7 +54,7 @@ def trade(
         study = TradeStudy(scene, folder, plan, threads=run.threads, log=run.log)
         fraction = trade_plan.find_parameters(study.scene).fraction(study.scene)
         if fraction is not None:
-            run.log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
+            run.log(f"the time step is {fraction:.3g} of the period of the stiffest contact")
         data = study.dataset(run.run_again(study, log=run.log))
         data.attrs |= {} if run.jobs is None else {"jobs": run.jobs}
         save_ensemble(data, study.file)

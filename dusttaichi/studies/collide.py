@@ -24,7 +24,7 @@ from dusttaichi.samples.sample import memory
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import read_result_keys
 from dusttaichi.studies.requests import Request, count_cores, make_key
-from dusttaichi.studies.settings import (
+from dusttaichi.studies.scene_settings import (
     find_keys,
     make_files_relative,
     make_portable,

@@ -23,8 +23,8 @@ from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import ledger
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.touching import deep_overlaps
-from dusttaichi.studies.bodies import Encounter
 from dusttaichi.studies.collide_files import decode_arrays, encode_arrays
+from dusttaichi.studies.colliding_bodies import Encounter
 
 LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
 SAME = 16  # looks over which the fragments must not change, for the collision to be over

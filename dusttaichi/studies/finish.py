@@ -15,13 +15,13 @@ from dusttaichi.results import outputs
 from dusttaichi.results.provenance import describe_study
 from dusttaichi.running.interrupts import resumable
 from dusttaichi.running.progress import show_study
-from dusttaichi.studies import engine
-from dusttaichi.studies.study import PointResult, Study
+from dusttaichi.studies import study_engine
+from dusttaichi.studies.study_types import PointResult, Study
 
 if TYPE_CHECKING:
     from dusttaichi.running.progress import ProgressBar
     from dusttaichi.studies.collide import Collisions
-    from dusttaichi.studies.sweep import Sweep
+    from dusttaichi.studies.sweep_study import Sweep
     from dusttaichi.studies.user_study import UserStudy
 
 
@@ -56,15 +56,17 @@ def run_study(
     log: Callable[[str], None] | None = None,
     **engine_options: Any,
 ) -> dict[str, PointResult]:
-    """Run a Study (study.Study), shown in a bar; returns label -> result of its points.
+    """Run a Study (study_types.Study), shown in a bar; returns label -> result of its points.
 
     onward: how to continue after an interruption. noun: plural noun for its points. log: called
-    with lines, by default that of the bar. engine_options: arguments of `engine.run`. Raises
+    with lines, by default that of the bar. engine_options: arguments of `study_engine.run`. Raises
     DustError, Interrupted.
     """
     message = None if study.directory is None else f"finished {noun} are in {study.directory}"
     with resumable(onward, message):
-        return engine.run(study, report=show_study(bar, noun), log=log or bar.log, **engine_options)
+        return study_engine.run(
+            study, report=show_study(bar, noun), log=log or bar.log, **engine_options
+        )
 
 
 def build_failure_error(failed: Sequence[PointResult], count: int) -> DustError:
@@ -101,7 +103,7 @@ def find_collision_failure(point_results: Mapping[str, PointResult]) -> DustErro
 def finish_sweep(
     sweep: Sweep, point_results: Mapping[str, PointResult], figures: bool = True
 ) -> Results:
-    """Gather a Sweep, write its dataset and, where wanted, its figures.
+    """Gather a Sweep, write its dataset and, on request, its figures.
 
     Figures are of all runs; those of a single run are made by `dust plot`. Raises DustError where
     all runs failed.
@@ -129,7 +131,7 @@ def _draw_sweep(data: xr.Dataset, sweep: Sweep) -> tuple[list[Path], list[tuple[
 def finish_collisions(
     study: Collisions, point_results: Mapping[str, PointResult], figures: bool = True
 ) -> Results:
-    """Write the dataset of a study of Collisions, its tables and, where wanted, its figures.
+    """Write the dataset of a study of Collisions, its tables and, on request, its figures.
 
     Raises DustError where all collisions failed.
     """

@@ -20,7 +20,7 @@ class Forecast:
 
     def __init__(self, scene: Scene) -> None:
         if scene.replicas is not None:
-            from dusttaichi.studies.sweep import list_source_runs
+            from dusttaichi.studies.sweep_study import list_source_runs
 
             scene = scene.with_values(list_source_runs(scene, 0))
         self.scene, self.method = scene, method.find_method(scene)

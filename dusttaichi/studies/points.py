@@ -25,8 +25,8 @@ from dusttaichi.running.identity import package_hash, without
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, read_content
 from dusttaichi.studies.result_store import ResultStore
-from dusttaichi.studies.settings import find_keys, list_input_files, make_portable
-from dusttaichi.studies.study import RunStudy, Study
+from dusttaichi.studies.scene_settings import find_keys, list_input_files, make_portable
+from dusttaichi.studies.study_types import RunStudy, Study
 from dusttaichi.studies.workers import Answer
 
 NAME_LENGTH = 90  # characters of the name of a scene

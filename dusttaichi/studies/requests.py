@@ -16,7 +16,7 @@ from dusttaichi.compute.version import __version__
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.result_store import CHECKPOINT, ResultStore
-from dusttaichi.studies.study import Study
+from dusttaichi.studies.study_types import Study
 from dusttaichi.studies.workers import Answer
 
 START_TIME = 2.0  # s of processor time that the start of a process takes

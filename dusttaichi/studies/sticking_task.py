@@ -15,7 +15,7 @@ from dusttaichi.samples import Sample
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.bodies import TwoBodies
+from dusttaichi.studies.colliding_bodies import TwoBodies
 from dusttaichi.studies.worker_main import Parent
 
 NORMAL_UPDATES = 200  # after the first contact

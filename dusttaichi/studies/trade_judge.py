@@ -16,7 +16,7 @@ from dusttaichi.analysis.observables import (
 from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, Variant
 from dusttaichi.scene import Scene
-from dusttaichi.studies.study import StudyPoint
+from dusttaichi.studies.study_types import StudyPoint
 
 ATTEMPTS = 2  # levels of a parameter that are tried in a combination
 LEAST_ERROR = 1e-6  # denominator of a gain over its error

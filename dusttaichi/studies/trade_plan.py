@@ -11,7 +11,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.method.variants import SAMPLE, Parameters, Variant, change_scene, list_stage_paths
 from dusttaichi.scene import Scene, quantities
-from dusttaichi.studies.settings import find_keys
+from dusttaichi.studies.scene_settings import find_keys
 
 QUICK_LEVELS = 3  # of a parameter
 QUICK_SEEDS, SEEDS = 2, 4

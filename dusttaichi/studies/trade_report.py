@@ -172,7 +172,7 @@ def list_remarks(trade: Trade) -> list[str]:
     judge, name = trade.judge, trade.judge.name
     convergence, scatter = judge.convergence[name], judge.scatter[name]
     lines = [f"{row.variant.label}: {row.status}" for row in trade.rows if not row.ok]
-    text = f"reference: changes by {format_percent(convergence)} at {trade.check.variant.text}"
+    text = f"reference: it changes by {format_percent(convergence)} at {trade.check.variant.text}"
     if not judge.converged:
         limit = format_percent(judge.tolerance)
         text += (

@@ -14,17 +14,17 @@ from dusttaichi import analysis
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene, shipped
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.study import PointResult, StagedStudy
+from dusttaichi.studies.study_types import PointResult, StagedStudy
 
 STUDY_CLASS = "Study"  # of the class in the file
 
 
 class UserStudy(StagedStudy):
-    """Base class of a study in a file, whose class `Study` says which points it wants.
+    """Base class of a study in a file, whose class `Study` lists its points.
 
-    It has a method `points`, (label -> result) -> list of all points that are wanted so far,
-    which is called until all are found; or a generator `stages` (study.StagedStudy), which yields
-    the points of each stage and then reads their results in `self.results`.
+    It has a method `points`, (label -> result) -> list of all points so far, which is called until
+    all have a result; or a generator `stages` (study_types.StagedStudy), which yields the points of
+    each stage and then reads their results in `self.results`.
 
     Attributes
     ----------

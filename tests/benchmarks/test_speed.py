@@ -15,7 +15,7 @@ from benchmarks.table import Table
 from dusttaichi import samples
 from dusttaichi.compute import compiler, processor
 from dusttaichi.errors import DustError
-from dusttaichi.studies import bench
+from dusttaichi.studies import machine_speed as bench
 from dusttaichi.studies.workers import Answer
 
 GRAINS = 60
@@ -212,7 +212,7 @@ class Here:
     """A Worker that answers in this process, where kernels have been compiled already."""
 
     def __init__(self, task, *, kernels):
-        assert task == "dusttaichi.studies.bench:answer" and kernels is None
+        assert task == "dusttaichi.studies.machine_speed:answer" and kernels is None
 
     def call(self, request):
         return Answer(0, values=bench.answer(None, **request))
@@ -248,20 +248,20 @@ def test_text_of_dust_bench(monkeypatch):
         "a machine; vectors of 256 bits",
         "",
         "a: 100 particles, 80 contacts",
-        "  energy ledger open by 0.003 %",
+        "  largest relative error of the energy balance: 0.003 %",
         "  1 thread     250,000 steps/s     50.0 ns per contact and step",
         "  2 threads    500,000 steps/s     25.0 ns per contact and step   2.00 times one thread",
         "",
         "b: 100 particles",
-        "  energy ledger open by 0.003 %",
+        "  largest relative error of the energy balance: 0.003 %",
         "  1 thread     250,000 steps/s     40.0 ns per particle and step",
     ]
     assert "differ by up to 40 %" in bench.text([*rows, _timing(spread=40.0)])
-    assert "open by 2 %: WRONG RESULTS" in bench.text([*rows, _timing(residual=-0.02)])
+    assert "energy balance: 2 %: WRONG RESULTS" in bench.text([*rows, _timing(residual=-0.02)])
 
 
 def test_a_process_that_fails_is_an_error():
-    with bench.Timed("dusttaichi.studies.bench:answer") as process:
+    with bench.Timed("dusttaichi.studies.machine_speed:answer") as process:
         with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
             process.call("no_such_command")
 

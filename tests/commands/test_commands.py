@@ -23,8 +23,8 @@ from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.running.progress import ProgressBar
 from dusttaichi.scene import shipped
-from dusttaichi.studies.settings import apply_common_settings
-from dusttaichi.studies.sweep import sweep
+from dusttaichi.studies.scene_settings import apply_common_settings
+from dusttaichi.studies.sweep_study import sweep
 
 SMOKE = CONFIGS / "smoke.yaml"
 

@@ -16,7 +16,7 @@ from dusttaichi.continuum.compiled_dust import passes
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.run_arguments import numbers_type
 from dusttaichi.continuum.physics.kernels import MATERIAL
-from dusttaichi.studies.bench import compiled_bits
+from dusttaichi.studies.machine_speed import compiled_bits
 
 # the kernel's slope takes one root for each neighbour
 ROOTS = re.compile(r"call [a-z ]*<(\d+) x double> @llvm\.sqrt\.v")

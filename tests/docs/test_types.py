@@ -69,7 +69,8 @@ def test_subpackages_are_strictly_typed(tmp_path):
     output, errors, failed = api.run([*options, *paths])
     assert not failed, output + errors
     # studies call functions of the grains and of plots, which have no types yet
-    files = [str(file) for file in (PACKAGE / "studies").glob("[!c]*.py")]  # but collide*.py
+    files = {*map(str, (PACKAGE / "studies").glob("*.py"))}
+    files -= {*map(str, (PACKAGE / "studies").glob("collide*.py"))}
     output, errors, failed = api.run([*options, "--allow-untyped-calls", *files])
     assert not failed, output + errors
 

@@ -19,7 +19,7 @@ from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.step import Phases
 from dusttaichi.physics.contact.effect_registry import chosen_model
-from dusttaichi.studies.bench import compiled_bits
+from dusttaichi.studies.machine_speed import compiled_bits
 
 ARITHMETIC = re.compile(
     r"= (?:fadd|fsub|fmul|fdiv|fneg|tail call|call) [a-z ]*(<\d+ x )?(float|double)>? ?(.*)"

@@ -23,8 +23,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
-from dusttaichi.studies import engine, user_study
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies import study_engine as engine
+from dusttaichi.studies import user_study
+from dusttaichi.studies.study_types import PointResult
 
 MASS, INERTIA = ref.mass_and_inertia()
 YIELD, VOLUME = 11e9, 0.01e-9

@@ -23,8 +23,8 @@ from dusttaichi.samples import sample_registry
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.result_store import ResultStore
-from dusttaichi.studies.settings import list_input_files
-from dusttaichi.studies.sweep import replicas, sweep
+from dusttaichi.studies.scene_settings import list_input_files
+from dusttaichi.studies.sweep_study import replicas, sweep
 
 ROLLING = "{rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}"
 LAW = BASE.replace("{rolling: on}", ROLLING) + "extensions: [rolling_with_speed.py]\n"

@@ -21,8 +21,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.files import RESULT
 from dusttaichi.running import execute
 from dusttaichi.scene import load
-from dusttaichi.studies import engine, pool
-from dusttaichi.studies.sweep import sweep
+from dusttaichi.studies import pool
+from dusttaichi.studies import study_engine as engine
+from dusttaichi.studies.sweep_study import sweep
 
 SCRIPT = EXAMPLES / "job_array.sh"
 KEYS = ["--set", "stop.steps=50,60,70"]

@@ -22,10 +22,11 @@ from dusttaichi.grains.collision_parameters import Rings
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.studies import collide_task as task
-from dusttaichi.studies import engine, pool
+from dusttaichi.studies import pool
+from dusttaichi.studies import study_engine as engine
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.result_store import ResultStore
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies.study_types import PointResult
 from dusttaichi.studies.workers import Answer
 
 BODY = {"kind": "pca", "grains": 12}

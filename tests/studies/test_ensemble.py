@@ -16,13 +16,14 @@ from scenes import scene
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
-from dusttaichi.studies import engine, pool
+from dusttaichi.studies import pool
+from dusttaichi.studies import study_engine as engine
 from dusttaichi.studies.finish import build_failure_error
 from dusttaichi.studies.jobs import Job, Task
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.settings import apply_settings, list_input_files
-from dusttaichi.studies.study import PointResult
-from dusttaichi.studies.sweep import replicas, sweep
+from dusttaichi.studies.scene_settings import apply_settings, list_input_files
+from dusttaichi.studies.study_types import PointResult
+from dusttaichi.studies.sweep_study import replicas, sweep
 
 # -- scenes --------------------------------------------------------------------------------------
 

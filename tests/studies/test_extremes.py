@@ -13,10 +13,11 @@ from scenes import ROOT
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
 from dusttaichi.running import ledger
-from dusttaichi.studies import engine, jobs
-from dusttaichi.studies import extremes as study
-from dusttaichi.studies.extremes import GROUPS
+from dusttaichi.studies import extremes_map as study
+from dusttaichi.studies import jobs
+from dusttaichi.studies import study_engine as engine
 from dusttaichi.studies.extremes_cells import BOTTOM, Cell, compose_scene
+from dusttaichi.studies.extremes_map import GROUPS
 from dusttaichi.studies.extremes_trial import attempt
 from dusttaichi.studies.verdicts import VERDICTS, judge, name_infinite
 

@@ -17,8 +17,8 @@ from scenes import CONFIGS, ROOT, extensions_forgotten, write_spring
 import dusttaichi as dt
 from dusttaichi.errors import Interrupted, with_keywords
 from dusttaichi.scene import as_scene
-from dusttaichi.studies import engine
-from dusttaichi.studies.sweep import sweep
+from dusttaichi.studies import study_engine as engine
+from dusttaichi.studies.sweep_study import sweep
 from dusttaichi.studies.user_study import UserStudy
 
 # A method that compiles nothing, in a file of the user.

@@ -16,11 +16,11 @@ from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking_task as task
-from dusttaichi.studies.bodies import TwoBodies
-from dusttaichi.studies.restitution import RestitutionMap, list_map_rows
-from dusttaichi.studies.settings import apply_settings
-from dusttaichi.studies.sticking import Collision, Search, compute_closed_form, list_rows
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies.colliding_bodies import TwoBodies
+from dusttaichi.studies.restitution_map import RestitutionMap, list_map_rows
+from dusttaichi.studies.scene_settings import apply_settings
+from dusttaichi.studies.sticking_search import Collision, Search, compute_closed_form, list_rows
+from dusttaichi.studies.study_types import PointResult
 
 WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, 6)

@@ -18,9 +18,9 @@ from dusttaichi.analysis.observables import ObservableValues
 from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, PHYSICAL, Variant
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies import engine, points
-from dusttaichi.studies.study import PointResult, ResultStore
-from dusttaichi.studies.trade import TradeStudy, measure_trade
+from dusttaichi.studies import points
+from dusttaichi.studies import study_engine as engine
+from dusttaichi.studies.study_types import PointResult, ResultStore
 from dusttaichi.studies.trade_judge import (
     Judge,
     Row,
@@ -30,6 +30,7 @@ from dusttaichi.studies.trade_judge import (
 )
 from dusttaichi.studies.trade_plan import TradePlan, make_base_scene
 from dusttaichi.studies.trade_report import write_yaml
+from dusttaichi.studies.trade_study import TradeStudy, measure_trade
 from dusttaichi.studies.workers import Answer
 
 # -- points --------------------------------------------------------------------------------------

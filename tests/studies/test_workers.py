@@ -14,7 +14,8 @@ from program import dust
 from scenes import EXAMPLES
 
 from dusttaichi.errors import DustError, Interrupted, StartError
-from dusttaichi.studies import engine, jobs, workers
+from dusttaichi.studies import jobs, workers
+from dusttaichi.studies import study_engine as engine
 from dusttaichi.studies.requests import Request
 from dusttaichi.studies.workers import INTERRUPTED, PROCESS_LOST, Worker
 

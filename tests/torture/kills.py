@@ -21,7 +21,8 @@ from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies import engine, sweep
+from dusttaichi.studies import study_engine as engine
+from dusttaichi.studies import sweep_study as sweep
 
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 

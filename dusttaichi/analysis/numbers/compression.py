@@ -163,7 +163,7 @@ FIT = Family(
         quiet("rms_p_low", "lowest pressure compared", "Pa", sweeps=FILE),
         quiet("rms_p_high", "highest pressure compared", "Pa", sweeps=FILE),
         quiet("rms_covered", "share of these pressures covered",
-              column=("law covered", "{:.2f}", 1), sweeps=FILE, order=AFTER),
+              column=("range covered", "{:.2f}", 1), sweeps=FILE, order=AFTER),
         Observable(name="largest", title="largest distance from the law",
                    rows=_build_deviation_rows("largest distance", "largest"), figure="compression",
                    column=("largest in phi", "{:.3f}", 1), order=AFTER),

@@ -175,7 +175,7 @@ END = Family(
                    value=lambda end: end("step", int)),
         Observable(name="time", title="simulated time", unit="s", value=lambda end: end("time"),
                    text=lambda v, n: quantities.format(v, "time", 5),
-                   column=("time us", "{:.4g}", 1e-6), sweeps=ENSEMBLES),
+                   column=("time (µs)", "{:.4g}", 1e-6), sweeps=ENSEMBLES),
         Observable(name="wall_time", title="wall time", unit="s", text=_format_duration,
                    column=None, value=lambda end: end("wall_clock"), sweeps=FILE),
         Observable(name="steps_per_second", title="steps per second", unit="1/s", column=None,

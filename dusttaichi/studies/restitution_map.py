@@ -15,9 +15,9 @@ from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import quantities
 from dusttaichi.studies.requests import Request
-from dusttaichi.studies.settings import make_grid
-from dusttaichi.studies.sticking import Collision
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies.scene_settings import make_grid
+from dusttaichi.studies.sticking_search import Collision
+from dusttaichi.studies.study_types import PointResult
 
 # name -> (of the outcome, unit, long_name)
 NUMBERS = {

@@ -1,4 +1,4 @@
-"""Studies: their points, results and stages, as the engine takes them (engine.run)."""
+"""Studies: their points, results and stages, as study_engine.run takes them."""
 
 from __future__ import annotations
 

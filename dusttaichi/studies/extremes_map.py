@@ -15,7 +15,7 @@ from dusttaichi.studies import extremes_cells as cells
 from dusttaichi.studies.extremes_cells import Cell, CellResult
 from dusttaichi.studies.extremes_continuum import vary_dust
 from dusttaichi.studies.requests import Request, make_key
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies.study_types import PointResult
 from dusttaichi.studies.verdicts import STABLE, VERDICTS, WRONG
 
 TASK = "dusttaichi.studies.extremes_trial:attempt_cell"
@@ -34,7 +34,7 @@ GROUPS: dict[str, Callable[[bool], list[Cell]]] = {
 
 
 class ExtremesMap:
-    """Study (study.Study) of the cells of the map.
+    """Study (study_types.Study) of the cells of the map.
 
     cells, requests: in the order of the dataset. directory: of its files. quick: fewer cells and
     steps. only: names of groups, by default all. threads: of each cell. Raises DustError for an

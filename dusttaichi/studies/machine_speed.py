@@ -183,9 +183,8 @@ def text(timings: list[Timing]) -> str:
             lines += ["", f"{timing.scene}: {timing.size:,} particles{contacts}"]
             headed_scene = timing.scene
             worst = max(abs(t.residual) for t in timings if t.scene == headed_scene)
-            lines.append(
-                f"  energy ledger open by {100.0 * worst:.2g} %{_describe_residual(worst)}"
-            )
+            error = f"{100.0 * worst:.2g} %{_describe_residual(worst)}"
+            lines.append(f"  largest relative error of the energy balance: {error}")
         lines.append(timing.text())
     worst = max(timing.spread for timing in timings)
     remarks = [_narrow()]

@@ -15,11 +15,11 @@ import xarray as xr
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene
 from dusttaichi.studies.points import Point, make_run_name
-from dusttaichi.studies.settings import Axis, Settings, find_keys, make_grid
+from dusttaichi.studies.scene_settings import Axis, Settings, find_keys, make_grid
 
 if TYPE_CHECKING:
     from dusttaichi.analysis import Run
-    from dusttaichi.studies.study import PointResult
+    from dusttaichi.studies.study_types import PointResult
 
 LONGEST_NAME = 150  # characters of a directory's name
 REPLICA_PREFIX = "replica_"  # begin of the names of directories of replicas

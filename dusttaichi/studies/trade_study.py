@@ -19,7 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, Variant, change_scene
 from dusttaichi.scene import Scene
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.study import PointResult, StagedStudy
+from dusttaichi.studies.study_types import PointResult, StagedStudy
 from dusttaichi.studies.trade_judge import (
     Judge,
     Row,
@@ -182,7 +182,8 @@ def _combine(
             candidates = [r for r in candidates if r.variant.parameter != start.variant.parameter]
         offers = rank_offers(candidates, judge, noise, largest_error)
         if offers:
-            log(f"combining {', '.join(levels[0].variant.parameter for levels in offers)}")
+            names = ", ".join(levels[0].variant.parameter for levels in offers)
+            log(f"combining the changes of {names}")
         rows_of_kinds, start = yield from combine_offers(start, offers, run, judge)
         combinations += rows_of_kinds
     return combinations

@@ -24,7 +24,7 @@ from dusttaichi.running.progress import open_bar, show_study
 from dusttaichi.studies.jobs import Job, group_into_jobs, read_content
 from dusttaichi.studies.pool import Pool, open_pool
 from dusttaichi.studies.result_store import ALL_POINTS, ResultStore
-from dusttaichi.studies.study import PointResult, Study, StudyPoint
+from dusttaichi.studies.study_types import PointResult, Study, StudyPoint
 from dusttaichi.studies.workers import INTERRUPTED, PROCESS_LOST, Answer, Worker, idle_workers
 
 POLL_INTERVAL = 0.2  # s between two checks of the signals

@@ -24,10 +24,10 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import read_result_keys
 from dusttaichi.studies.requests import Request, count_cores, make_key
-from dusttaichi.studies.settings import make_portable, set_one_thread
+from dusttaichi.studies.scene_settings import make_portable, set_one_thread
 from dusttaichi.studies.step_times import estimate_step_time
 from dusttaichi.studies.sticking_task import NORMAL_UPDATES, make_moving_bodies
-from dusttaichi.studies.study import PointResult
+from dusttaichi.studies.study_types import PointResult
 
 TOGETHER = 16  # speeds of a bundle
 ROUNDS = 12  # most bundles of a search

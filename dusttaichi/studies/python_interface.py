@@ -19,11 +19,10 @@ from dusttaichi.running.interrupts import resumable
 from dusttaichi.running.progress import open_bar, show_run
 from dusttaichi.scene import Scene, as_scene
 from dusttaichi.scene.paths import user_path
-from dusttaichi.studies import finish, user_study
-from dusttaichi.studies import sweep as sweeps
+from dusttaichi.studies import finish, sweep_study, user_study
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.finish import run_study
-from dusttaichi.studies.settings import apply_common_settings
+from dusttaichi.studies.scene_settings import apply_common_settings
 from dusttaichi.studies.user_study import UserStudy
 
 SceneSource = Scene | str | Path | Mapping[str, Any]
@@ -153,9 +152,9 @@ def sweep(
                 "replicas=3"
             )
         if axes:
-            study = sweeps.sweep(scene, axes, _folder(scene, "sweep", directory))
+            study = sweep_study.sweep(scene, axes, _folder(scene, "sweep", directory))
         else:
-            study = sweeps.replicas(scene, user_path(run_directory(scene, directory)))
+            study = sweep_study.replicas(scene, user_path(run_directory(scene, directory)))
         engine_options: dict[str, Any] = {
             "jobs": jobs,
             "scheduler": scheduler,
