@@ -77,7 +77,7 @@ class StudyRun:
         return options.part_of(self.part) != (1, 1)
 
     def run(self, study, *, onward=None, every=None, log=None, **changes):
-        """Run a study (study_types.Study) with a progress bar; returns label -> result of its points.
+        """Run a study (study_types.Study) with a progress bar; returns label -> PointResult.
 
         onward: command that continues, by default this command with --resume. every: time [s]
         between two lines of progress in a log. changes: other arguments of `study_engine.run`.
