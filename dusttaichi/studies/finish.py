@@ -19,7 +19,7 @@ from dusttaichi.studies import study_engine
 from dusttaichi.studies.study_types import PointResult, Study
 
 if TYPE_CHECKING:
-    from dusttaichi.running.progress import ProgressBar
+    from dusttaichi.running.progress import Bar
     from dusttaichi.studies.collide import Collisions
     from dusttaichi.studies.sweep_study import Sweep
     from dusttaichi.studies.user_study import UserStudy
@@ -49,7 +49,7 @@ class Results:
 
 def run_study(
     study: Study,
-    bar: ProgressBar,
+    bar: Bar,
     *,
     onward: str,
     noun: str = "runs",

@@ -79,8 +79,8 @@ def run(
             bar.log("this is the one collision of `sample`; all of `collisions`: dt.collide(scene)")
         folder = user_path(run_directory(scene, directory))
         with resumable(CONTINUE_HINT):
-            reports = {"report": show_run(bar), "log": bar.log}
-            execute(scene, folder, force=force, resume=resume, **reports)
+            options: dict[str, Any] = {"report": show_run(bar), "log": bar.log}
+            execute(scene, folder, force=force, resume=resume, **options)
         result = analysis.open_run(folder)
         bar.show(f"step {int(result.series.step[-1]):,}", 1, 1, f"end: {result.status}")
         if figures:

@@ -105,10 +105,7 @@ class Rows:
             path.parent.mkdir(parents=True, exist_ok=True)
             files.write_whole(path, text.encode())
         except OSError as error:
-            raise self._make_write_error(error) from error
-
-    def _make_write_error(self, error: OSError) -> DustError:
-        return DustError(f"Cannot write {self.path}: {files.explain(error, self.path)}.")
+            raise _make_write_error(path, error) from error
 
     def add(self, key: str, answer: Answer) -> None:
         """Add the line of an Answer, on the disk when this returns. Raises DustError.
@@ -134,7 +131,11 @@ class Rows:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            raise self._make_write_error(error) from error
+            raise _make_write_error(path, error) from error
+
+
+def _make_write_error(path: Path, error: OSError) -> DustError:
+    return DustError(f"Cannot write {path}: {files.explain(error, path)}.")
 
 
 def _read_rows(path: Path) -> dict[str, dict[str, Any]]:
