@@ -278,7 +278,7 @@ def compiled_bits(folder: str | Path) -> int:
     x, previous_folder = ti.field(ti.f64, shape=64), os.getcwd()
 
     @ti.kernel  # type: ignore[untyped-decorator]
-    def products(n: ti.i32) -> None:  # type: ignore[name-defined]
+    def products(n: ti.i32):  # type: ignore[name-defined, no-untyped-def]
         ti.loop_config(serialize=True)
         for i in range(n):
             total = 0.0
