@@ -57,12 +57,16 @@ def mix_constants(
     m_t=1.0,
     damping="none",
     mixing="geometric",
+    R=None,
 ):
-    """Numbers of a contact of unlike grains, or of grain `one` and a wall of the other's stuff."""
+    """Numbers of a contact of unlike grains, or of grain `one` and a wall of the other's stuff.
+
+    R: reduced radius at a curved wall.
+    """
     a, b = {**SILICATE, **first}, {**SILICATE, **second}
     r1, r2 = a["r"], a["r"] if wall else b["r"]
     R_pair = r1 * r2 / (r1 + r2)
-    R = r1 if wall else R_pair
+    R = R or (r1 if wall else R_pair)
     gamma = GAMMA[mixing](a["gamma"], b["gamma"])
     E_star = 1 / ((1 - a["nu"] ** 2) / a["E"] + (1 - b["nu"] ** 2) / b["E"])
     G = [m["E"] / (2 * (1 + m["nu"])) for m in (a, b)]
@@ -223,7 +227,8 @@ class Contact:
     n2: np.ndarray  # the foot on a wall
     phi: float = 0.0
     before: float = None  # approach speed of the last half step
-    normal: np.ndarray = None  # of a tube, when the contact was looked at last
+    xi: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in a tube
+    zeta: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass
@@ -241,7 +246,7 @@ class Wall:
 
 @dataclass
 class Tube:
-    """An upright cylinder about the z axis, of which contacts feel the tangent plane."""
+    """An upright cylinder about the z axis: contacts feel a sphere of the reduced radius R."""
 
     radius: float
     strength: float = 1.0
@@ -325,6 +330,13 @@ class Reference:
                 out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, p)
             else:
                 wall, normal, offset = self._plane(j, self.x[i])
+                if isinstance(wall, Tube):
+                    p, moved = self.wall(i), (c.xi, c.zeta)
+                    s = contact_radius(p.r + offset - np.dot(self.x[i], normal), p)
+                    k = (p.k_r, p.k_s)
+                    springs = [k * dot(a, a) / 2 for k, a in zip(k, moved, strict=True)]
+                    out[1] += [normal_energy(s, p), *springs, p.k_t * c.phi**2 / 2]
+                    continue
                 out[1] += wall_energies(
                     self.x[i], c.n1, c.n2, c.phi, normal, offset, self.wall(i), wall.strength
                 )
@@ -411,17 +423,34 @@ class Reference:
         M = np.zeros(3)
         if c is not None:
             c.n2 = c.n2 + wall.along * dt
-            if c.normal is not None:  # pointer and foot are carried along a curved wall
-                c.n1 = rotate(c.n1, np.cross(c.normal, nw))
-                c.n2 = c.n2 - p.r * (nw - c.normal)
-            self._turn_wall(c, i, nw, dt)
-            xi, zeta = xi_of(c.n1, nw, p), zeta_wall(x, c.n1, c.n2, nw, p)
+            if isinstance(wall, Tube):
+                self._turn_tube(c, i, nw, dt)
+                xi, zeta = c.xi, c.zeta
+            else:
+                self._turn_wall(c, i, nw, dt)
+                xi, zeta = xi_of(c.n1, nw, p), zeta_wall(x, c.n1, c.n2, nw, p)
             F = F - wall.strength * p.k_s * zeta
-            M = -p.r * p.k_r * np.cross(c.n1, xi) - p.r * p.k_s * np.cross(c.n1, zeta)
+            M = -p.R * p.k_r * np.cross(c.n1, xi) - p.r * p.k_s * np.cross(c.n1, zeta)
             M = wall.strength * (M - p.k_t * c.phi * nw)
-        self.contacts[(i, j)].normal = nw if isinstance(wall, Tube) else None
         force[i] += F
         torque[i] += M
+
+    def _turn_tube(self, c, i, nw, dt):
+        """Displacements of a contact with a wall that bends, across its normal."""
+        p, w = self.wall(i), self.w[i]
+        turned = rotate(c.n1, w * dt) - c.n1
+
+        def limit(a, critical):
+            a = a - np.dot(a, nw) * nw
+            over, way = excess(a, critical)
+            return a - over * way
+
+        c.xi = limit(c.xi + p.R * turned, p.xi_crit if p.k_r else np.inf)
+        c.zeta = limit(c.zeta + p.r * turned + self.v[i] * dt, p.zeta_crit if p.k_s else np.inf)
+        c.phi = np.clip(c.phi + dt * np.dot(w, nw), -p.phi_crit, p.phi_crit)
+        # 1/r2 = 1/R - 1/r, so that 1/(r + r2) = (1 - R/r)/r
+        c.n1 = unit(c.xi / p.r + c.zeta * (1 - p.R / p.r) / p.r - nw)
+        c.n2 = self.x[i] + p.r * c.n1 - c.zeta
 
     def _turn_wall(self, c, i, nw, dt):
         p = self.wall(i)

@@ -40,7 +40,7 @@ IMPORTS = {
     "scene": "method physics compute.compiler errors",
     "method": "domain results physics.registry units",
     "results": "physics compute errors",
-    "domain": "physics.geometry units errors",
+    "domain": "physics units errors",
     "physics": "compute.engine",
     "__init__": "compute",
     "particles": "compute",

@@ -113,9 +113,8 @@ class Frame:
     def wall_normals(self):
         """Unit normals of the walls at the wall contacts, into the room, (W, 3)."""
         grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
-        # that of a tube by the foot point, which is a thousandth of a radius from the nearest one
+        # of a surface by the foot point, which is a thousandth of a radius from the nearest one
         away = self.position[grain] - self.wall_contacts.foot.values
-        away[:, 2] = 0.0
         curved = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300)
         flat = INWARD[np.minimum(wall, len(INWARD) - 1)]
         return np.where((wall < len(INWARD))[:, None], flat, curved)

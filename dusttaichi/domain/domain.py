@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import NEVER, Clock
+from dusttaichi.domain.moving_surfaces import Surfaces
 from dusttaichi.domain.servo import WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
@@ -26,21 +27,26 @@ if TYPE_CHECKING:
     from dusttaichi.domain.drives import Drive
 
 
-def lengths(box: Box | None, cell: Cell | None, time: float) -> NDArray[np.float64]:
+def lengths(
+    box: Box | None, cell: Cell | None, time: float, surfaces: Surfaces | None = None
+) -> NDArray[np.float64]:
     """Lengths, (3,), between the walls of a Box and of the edges of a Cell at a time.
 
-    Either may be None; NaN along open axes.
+    Either may be None; NaN along open axes. In a tube of Surfaces that of a square of its area.
     """
     out = np.full(3, np.nan)
     if box is not None:
         low, high = box.planes(time).reshape(3, 2).T
         out = np.where(box.present.reshape(3, 2).all(axis=1), high - low, out)
-        if box.is_round:
-            out[:2] = box.square
+        if surfaces is not None and surfaces.tube is not None:
+            out[:2] = SQUARE * surfaces.tube_radius(time)
     if cell is not None:
         axes = list(cell.axes)
         out[axes] = cell.edges(time)[axes]
     return out
+
+
+SQUARE = sqrt(pi)  # edge of a square over the radius of a circle of the same area
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +54,8 @@ class Domain:
     """Walls and periodic cell of a run, or neither, in its `units`.
 
     dt: time step. volume: of all particles. radius: of the largest of them. t_c: unit of time of a
-    compression_rate (scene.Drive). servo: load control, or None.
+    compression_rate (scene.Drive). servo: load control, or None. surfaces: beside the walls, or
+    None; where there are any, there is a box too.
     """
 
     dt: float
@@ -59,6 +66,7 @@ class Domain:
     t_c: float = 1.0
     servo: Servo | None = None
     units: Units = SI
+    surfaces: Surfaces | None = None
 
     def driven(
         self,
@@ -135,6 +143,11 @@ class Domain:
         return self.box is not None or self.cell is not None
 
     @property
+    def is_round(self) -> bool:
+        """True where there is a tube."""
+        return self.surfaces is not None and self.surfaces.tube is not None
+
+    @property
     def has_top(self) -> bool:
         """True where there is a top wall, on which the pressure is measured."""
         return self.box is not None and bool(self.box.present[TOP])
@@ -153,7 +166,7 @@ class Domain:
 
     def lengths(self, step: int) -> NDArray[np.float64]:
         """Lengths of the box, (3,); NaN where it is open."""
-        return lengths(self.box, self.cell, self.dt * step)
+        return lengths(self.box, self.cell, self.dt * step, self.surfaces)
 
     @property
     def bounded(self) -> bool:
@@ -184,6 +197,8 @@ class Domain:
         if self.box is None:
             return 0.0
         fastest = float(np.max(np.abs(self.box.speed)))
+        if self.surfaces is not None:
+            fastest = max(fastest, self.surfaces.fastest)
         if self.servo is not None and self.servo.mode == WALL:
             return max(fastest, float(self.servo.largest[0]))
         return fastest
@@ -247,8 +262,10 @@ class Domain:
                     height = start[n] + rate[n] * self.dt * first
                     if height <= least[n] and n not in controlled:
                         least[n] = 0.0
-            if self.box.is_round:
-                start[:2], least[:2] = [self.box.square] * 2, [0.0] * 2
+            if self.surfaces is not None and self.is_round:
+                start[:2] = [SQUARE * self.surfaces.tube_radius(0.0)] * 2
+                rate[:2] = [SQUARE * self.surfaces.tube_rate] * 2
+                least[:2] = [SQUARE * self.radius if rate[0] < 0.0 else 0.0] * 2
         if self.cell is not None:
             for n in self.cell.axes:
                 start[n], rate[n] = float(self.cell.start[n]), float(self.cell.rate[n])

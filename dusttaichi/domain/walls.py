@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-TOP, TUBE = WALLS.index("top"), len(WALLS)
+TOP = WALLS.index("top")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +23,7 @@ class Box:
     """Up to six walls; plane of wall n: x.normal = offset + speed t.
 
     A wall may also move along itself: its tangential displacement is slid + along t, (6, 3), and
-    its velocity is speed normal + along. tube: radius of a tube around the grains, x and y of its
-    axis, factor on its springs; its radius is 0 where there is none. It is wall TUBE.
+    its velocity is speed normal + along.
     """
 
     normal: NDArray[np.float64]
@@ -34,17 +33,6 @@ class Box:
     present: NDArray[np.int32]
     slid: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 3)))
     along: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 3)))
-    tube: NDArray[np.float64] = field(default_factory=lambda: np.zeros(4))
-
-    @property
-    def is_round(self) -> bool:
-        """True where there is a tube."""
-        return bool(self.tube[0] > 0.0)
-
-    @property
-    def square(self) -> float:
-        """Edge of a square with the area of the tube."""
-        return float(np.sqrt(np.pi) * self.tube[0])
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -99,6 +87,7 @@ def make_box(
     low = low - np.array([0.5, 0.5, 0.0]) * slack
     high = low + size
     present = np.array([name in boundary.walls for name in WALLS], dtype=np.int32)
-    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary) or ()])
+    factors = wall_strengths(boundary) or (None,) * 6
+    strength = np.array([factor or 0.0 for factor in factors])
     offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
     return Box(NORMALS, offset, np.zeros(6), strength, present)

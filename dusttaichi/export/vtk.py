@@ -55,7 +55,7 @@ _UNITS = {
     **CELL_UNITS,
     **FORCE_UNITS,
     **PARTICLE_UNITS,
-    "wall": f"number of the wall: {', '.join((*LABELS['wall'], 'tube'))}",
+    "wall": f"number of the wall: {', '.join((*LABELS['wall'], 'tube', 'surfaces'))}",
 }
 MARK = "<!-- Units, by dusttaichi"
 _COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"

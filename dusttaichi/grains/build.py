@@ -25,6 +25,7 @@ from dusttaichi.grains.placement import is_tilted, place_environment
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.rigid_sphere import place_sphere
 from dusttaichi.grains.setup import Prepared
+from dusttaichi.grains.surface_placement import choose_surfaces, place_surfaces
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import chosen_model
@@ -88,9 +89,12 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
     table = ContactTable.for_sample(scene, sample)
     grain_properties = table.properties
     check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
-    step = step or chosen_step(table, sample)
     properties = equal_properties(scene.material) if grain_properties is None else grain_properties
-    radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
+    radii = properties.radius / units.LENGTH
+    surfaces = place_surfaces(table, sample.positions / units.LENGTH, radii)
+    step = step or chosen_step(table, sample)
+    dt = step.dt / units.TIME
+    surfaces = surfaces and surfaces.with_step(dt)
     smallest, largest = float(np.min(radii)), float(np.max(radii))
     order = order_by_members(sample.positions / units.LENGTH, radii, sample.info.get("members"))
     push = make_push(
@@ -115,7 +119,9 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
         ),
         ledger=ledger,
         tilted=is_tilted(scene, sample),
-        few_wall_contacts=has_few_wall_contacts(box, cell, len(order), smallest),
+        few_wall_contacts=has_few_wall_contacts(
+            box, cell, len(order), smallest, surfaces is not None
+        ),
     )
     skin = scene.numerics.skin
     return Prepared(
@@ -125,7 +131,7 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
         properties,
         order,
         step,
-        domain=Domain(dt, volume, largest, box, cell, t_c, units=units.GRAINS),
+        domain=Domain(dt, volume, largest, box, cell, t_c, units=units.GRAINS, surfaces=surfaces),
         sphere=place_sphere(scene, sample, grain_properties, box),
         forces=make_forces(scene, layout.forces, sample, properties),
         push=push,
@@ -156,20 +162,22 @@ def describe_images(scene, sample, cell):
 
 
 def choose_numbers(table, model):
-    """Internal numbers of a contact of two grains, with a wall and with the sphere (None without).
+    """Internal numbers of a contact of two grains, with a wall, with the sphere (None without).
 
-    Each is that of a ContactTable which reaches farthest; also the rows of interfaces (None of
-    equal grains).
+    And with each surface. Each is that of a ContactTable which reaches farthest; also the rows of
+    interfaces (None of equal grains).
     """
     pair, wall = (internal_numbers(c, model) for c in (table.farthest_pair, table.farthest_wall))
     sphere = table.farthest_sphere
     on_sphere = None if sphere is None else internal_numbers(sphere, model)
+    curved = tuple(internal_numbers(c, model) for c in table.farthest_on_surfaces)
     rows = None if table.properties is None else interfaces(table.scene, model)
-    return ContactNumbers(pair, wall, on_sphere), rows
+    return ContactNumbers(pair, wall, on_sphere, curved), rows
 
 
 def choose_layout(scene, model, loops, push, *, polydisperse, members=False):
     """The Layout of the numbers that a scene needs; members: see grains.members."""
+    curved = choose_surfaces(scene)
     return store.Layout(
         width=loops.width,
         tile=loops.tile,
@@ -178,10 +186,10 @@ def choose_layout(scene, model, loops, push, *, polydisperse, members=False):
         stress=scene.output.stress,
         forced=push.forced,
         carried=push.carried,
-        stored=list_stored_numbers(model, scene.softened) if polydisperse else (),
+        stored=list_stored_numbers(model, scene.softened, bool(curved)) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
-        tube=scene.boundary.kind == "tube",
+        curved=curved,
         forces=choose_model(scene),
         orientation=scene.output.requests("orientation"),
         contact_loss=scene.output.requests("loss"),
@@ -190,15 +198,15 @@ def choose_layout(scene, model, loops, push, *, polydisperse, members=False):
     )
 
 
-def has_few_wall_contacts(box, cell, grains, smallest):
+def has_few_wall_contacts(box, cell, grains, smallest, curved=False):
     """True if the smaller capacity for wall contacts is enough.
 
-    Walls (a Box or None, a Cell or None) then have place for so few of many grains. smallest:
-    radius of a grain [um]. A wall is full where grains cover it in a hexagonal layer. A fifth more
-    may be near it: grains of a buckled layer, overlapping ones, and those that a wall that moves
-    outwards adds.
+    curved: there are surfaces. Walls (a Box or None, a Cell or None) then have place for so few of
+    many grains. smallest: radius of a grain [um]. A wall is full where grains cover it in a
+    hexagonal layer. A fifth more may be near it: grains of a buckled layer, overlapping ones, and
+    those that a wall that moves outwards adds.
     """
-    if box is None or box.is_round or grains <= COARSE:
+    if box is None or curved or grains <= COARSE:
         return False
     edges = lengths(box, cell, 0.0)
     # not a number along an open axis: how far the grains will spread is unknown
@@ -210,7 +218,7 @@ def has_few_wall_contacts(box, cell, grains, smallest):
 def choose_kernels(scene, layout, running):
     """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
     execution, grains, threads = running
-    walls, room = bool(scene.boundary.walls), capacity_for(grains)
+    walls, room = scene.has_walls, capacity_for(grains)
     materials = len(scene.all_materials)
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
     key = (*started, room, layout, walls, materials, execution)

@@ -6,7 +6,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import DEFAULT, law_name, properties_of
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.values import TOO_NARROW
-from dusttaichi.scene import forces, gravity, push, sphere
+from dusttaichi.scene import forces, gravity, push, sphere, surfaces
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import DIMENSIONS
@@ -24,6 +24,7 @@ def check(scene) -> Faults:
     yield from sphere.check(scene)
     yield from gravity.check(scene)
     yield from forces.check(scene)
+    yield from surfaces.check(scene)
     yield from _lost(scene)
     yield from _asperities(scene)
     yield from _properties(scene)
@@ -111,7 +112,8 @@ def _depends_on(scene, reasons: dict[str, str]) -> str | None:
         "forces": scene.forces,
         "flight": scene.sample.flies,
         "asperities": scene.interaction.asperities is not None,
-        "rest": not any(plan.drive.moves for plan in scene.stage_plans),
+        "rest": not any(plan.drive.moves for plan in scene.stage_plans)
+        and not surfaces.any_moves(scene),
     }
     return next((text for name, text in reasons.items() if present[name]), None)
 

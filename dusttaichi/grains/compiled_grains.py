@@ -26,7 +26,7 @@ def compiled_for(key, scene, layout, room):
 
     Of its kernels it has those that the scene needs, by name. Taichi runs.
     """
-    walls, execution = bool(scene.boundary.walls), key[-1]
+    walls, execution = scene.has_walls, key[-1]
     fields = place(declare(room, layout, walls), by_columns=execution == "launches")
     scratch = grain_cells.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)

@@ -3,7 +3,8 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.wall_geometry import normals_at
+from dusttaichi.grains.kernels.store import PLANES
+from dusttaichi.grains.wall_geometry import normals_at, strengths_at
 from dusttaichi.physics.network import Contacts, limit
 
 
@@ -24,20 +25,21 @@ def stable_step(contacts, table, motion):
 
 def make_network(contacts, table, motion):
     """physics.network.Contacts of the Contacts now, grains by the sample's numbers."""
-    pairs, box = contacts.measure_pairs(), motion.environment.box
+    pairs, environment = contacts.measure_pairs(), motion.environment
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
     constants_of = _choose_constants(table)
     springs = [constants_of(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
     normal = _normals(motion, i, j)
     strength = np.ones(len(i))
-    if box is not None:
+    if environment.box is not None:
         walls = contacts.measure_walls()
         grain, wall = walls["grain"], walls["wall"]
-        springs += [constants_of(g, None) for g in grain.tolist()]
+        touching = zip(grain.tolist(), wall.tolist(), strict=True)
+        springs += [constants_of(g, None, w) for g, w in touching]
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), -1)])
         x = motion.state["x"][motion.state.rank[grain]]
-        normal = np.concatenate([normal, normals_at(box, wall, x)])
-        strength = np.concatenate([strength, np.append(box.strength, box.tube[3])[wall]])
+        normal = np.concatenate([normal, normals_at(environment.domain, wall, x, environment.time)])
+        strength = np.concatenate([strength, strengths_at(environment.domain, wall)])
         overlap = np.concatenate([overlap, walls["overlap"]])
     overlap = np.array(overlap, float) * units.LENGTH
     springs_of_sides = {name: _column(springs, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
@@ -79,17 +81,19 @@ def _normals(motion, i, j):
 
 
 def _choose_constants(table):
-    """Function (grain, other grain or None: a wall) -> (ContactConstants, r1/r2)."""
+    """Function (grain, other grain or None: a wall, its number) -> (ContactConstants, r1/r2)."""
     properties = table.properties
     if properties is None:
-        pair, wall = table.farthest_pair, table.farthest_wall
-        return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
+        pair, walls = table.farthest_pair, [table.farthest_wall] * PLANES
+        walls += table.farthest_on_surfaces
+        return lambda i, j, wall=0: (walls[wall], 1.0) if j is None else (pair, 1.0)
     materials, radii = properties.material.tolist(), properties.radius.tolist()
 
-    def constants_of(i, j):
+    def constants_of(i, j, wall=0):
         first = materials[i], radii[i]
         if j is None:
-            return table.wall(first), 1.0
+            flat = wall < PLANES
+            return table.wall(first) if flat else table.surface(first, wall - PLANES), 1.0
         return table.pair(first, (materials[j], radii[j])), radii[i] / radii[j]
 
     return constants_of

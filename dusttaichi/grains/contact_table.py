@@ -8,7 +8,9 @@ import numpy as np
 from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.grains.grain_properties import grain_properties, scale_materials
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.surfaces.surface_model import reduced_radius
 from dusttaichi.scene.sphere import SMOOTH
+from dusttaichi.units import LENGTH
 
 FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 
@@ -32,12 +34,12 @@ class ContactTable:
     Grains are given as (number of the material, radius [m]).
 
     scene: as it is computed (grain_properties.scale_materials). properties: GrainProperties, None
-    of equal grains.
+    of equal grains. curvatures: principal ones of each surface [1/um], once they have their places.
     """
 
     def __init__(self, scene, properties=None):
         self.scene, self.properties = scale_materials(scene), properties
-        self._computed = {}
+        self._computed, self.curvatures = {}, []
 
     @classmethod
     def for_sample(cls, scene, sample):
@@ -54,6 +56,10 @@ class ContactTable:
         """ContactConstants of a grain and a wall, which is of the scene's material."""
         return self._once(("wall", grain), self._make_wall)
 
+    def surface(self, grain, n):
+        """ContactConstants of a grain and surface n: those of a wall with a reduced radius."""
+        return self._once(("surface", grain, *self.curvatures[n]), self._make_surface)
+
     def sphere(self, grain):
         """ContactConstants of a grain and the rigid sphere of the scene."""
         return self._once(("sphere", grain), self._make_sphere)
@@ -69,11 +75,16 @@ class ContactTable:
         return constants.mixed_constants(materials[a], r1, materials[b], r2, self.scene.interaction)
 
     def _make_wall(self, grain):
-        number, radius = grain
-        scene = self.scene
+        return glue_wall(self._make_bare_wall(grain), self.scene.boundary)
+
+    def _make_bare_wall(self, grain):
+        (number, radius), scene = grain, self.scene
         material = scene.all_materials[number]
-        wall = constants.wall_constants(material, scene.interaction, radius, scene.material)
-        return glue_wall(wall, scene.boundary)
+        return constants.wall_constants(material, scene.interaction, radius, scene.material)
+
+    def _make_surface(self, grain, *curvatures):
+        R = reduced_radius(grain[1], [k / LENGTH for k in curvatures])
+        return replace(self._make_bare_wall(grain), R=R)
 
     def _make_sphere(self, grain):
         number, radius = grain
@@ -109,8 +120,22 @@ class ContactTable:
 
     @property
     def extreme_walls(self):
-        """ContactConstants of the extreme grains and a wall."""
-        return [self.wall(grain) for grain in self.extreme_grains]
+        """ContactConstants of the extreme grains and a wall, or a surface."""
+        flat = [self.wall(grain) for grain in self.extreme_grains]
+        return flat + [self.surface(g, n) for g in self.extreme_grains for n in self._surfaces]
+
+    @property
+    def _surfaces(self):
+        return range(len(self.curvatures))
+
+    @cached_property
+    def farthest_on_surfaces(self):
+        """ContactConstants of the grain that holds on farthest to each surface."""
+        largest = [(number, radius) for number, _, radius in self.size_ranges]
+        return [
+            max((self.surface(grain, n) for grain in largest), key=lambda c: c.delta0)
+            for n in self._surfaces
+        ]
 
     @property
     def extreme_spheres(self):
@@ -162,4 +187,6 @@ class ContactTable:
                 clusters.append((mass, pair, self.wall((a, small)), strengths))
                 if self.scene.sphere is not None:
                     clusters.append((mass, pair, self.sphere((a, small)), FLOOR))
+                for n in self._surfaces:
+                    clusters.append((mass, pair, self.surface((a, small), n), FLOOR))
         return clusters

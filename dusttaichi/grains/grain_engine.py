@@ -186,8 +186,8 @@ class GrainEngine(EngineOfParts):
         if self.domain.box is not None:
             loads = self.kernel_sums.read_loads()
             out["impulse"] = loads.impulses()
-            if self.domain.box.is_round:
-                out["tube_impulse"] = loads.tube_impulse()
+            if self.domain.surfaces is not None:
+                out["surface_impulse"] = loads.surface_impulses()
         if self.sphere is not None:
             out["sphere_impulse"] = self.sphere.impulses()
         if self.layout.stress:
@@ -258,6 +258,8 @@ class GrainEngine(EngineOfParts):
     def sizes(self):
         sizes = {"grain": self.size, "channel": self.channels, "body": BODIES}
         sizes["spring"] = self.layout.model.potentials
+        if self.domain.surfaces is not None:
+            sizes["surface"] = self.domain.surfaces.names
         edges = self.recorder.edges
         return sizes if edges is None else sizes | {"bin": len(edges) - 1}
 

@@ -31,6 +31,8 @@ class GrainEnvironment(Environment):
         super().place(domain)
         if domain.cell is not None:
             self._state["cell"] = domain.cell.rows
+        if domain.surfaces is not None:
+            self._state["surfaces"] = domain.surfaces.table
 
     def set_upright(self, time):
         """Continue a cell tilted by more than half its edge as the same lattice, tilted less.

@@ -14,13 +14,14 @@ from dusttaichi.method import Measurement
 class ContactNumbers(NamedTuple):
     """Numbers of a contact of two grains, with a wall, with the sphere or None.
 
-    Structs of kernels.contact_numbers. Where grains differ, those of the contact that reaches
-    farthest.
+    And with each of the surfaces. Structs of kernels.contact_numbers. Where grains differ, those of
+    the contact that reaches farthest.
     """
 
     pair: Any
     wall: Any
     sphere: Any
+    surfaces: tuple = ()
 
 
 class Ledger:
@@ -84,6 +85,7 @@ class Ledger:
         if self._environment.box is not None:
             loads = kernel_sums.read_loads()
             out["wall_work"] = self.wall_work(loads.wall_force(), loads.impulses())
+            out["wall_work"] += self._surface_work(loads)
         on_sphere = kernel_sums.read_sphere()
         contact_sums = (
             ("", "", pairs),
@@ -136,8 +138,12 @@ class Ledger:
         """Binding energy of the current contacts [fJ]: at rest (JKR), or current if they differ."""
         if not self._motion.bodies.are_equal:
             return -(m["potential"][0] + m["potential_wall"][0] + m["potential_sphere"][0])
-        pair, wall, sphere = self._numbers
-        bound = pair.bound * m["contacts"] + wall.bound * m["wall_contacts"]
+        pair, wall, sphere, surfaces = self._numbers
+        bound = pair.bound * m["contacts"]
+        if surfaces:  # of which each has a constant of its own
+            bound -= m["potential_wall"][0]
+        else:
+            bound += wall.bound * m["wall_contacts"]
         if sphere is not None:
             bound += sphere.bound * m["sphere_contacts"]
         return bound
@@ -157,6 +163,14 @@ class Ledger:
         # the force of a step acts half before and half after it
         ends = 0.5 * self._environment.dt * (sums.wall_force - force)
         return sums.wall_work + float(np.sum(box.velocity * (impulse - sums.impulse + ends)))
+
+    def _surface_work(self, loads):
+        """Work of the surfaces since the start; loads: LoadSums now."""
+        if self._environment.domain.surfaces is None:
+            return 0.0
+        # as in wall_work
+        ends = self.sums.surface_power - loads.surface_power()
+        return float(loads.surface_impulses()[:, 4].sum() + 0.5 * self._environment.dt * ends)
 
     def face_power(self):
         """Power of the moving faces now [fJ/us]."""
@@ -204,7 +218,10 @@ class Ledger:
         sums, outside = self.sums, self._motion.outside
         if outside is not None:
             self.outside_at_start = outside.sum_energies(*self._kicks_of_sphere())
-        sums.wall_force = self._kernel_sums.read_loads().wall_force()
+        loads = self._kernel_sums.read_loads()
+        sums.wall_force = loads.wall_force()
+        if self._environment.domain.surfaces is not None:
+            sums.surface_power = loads.surface_power()
         if self._sphere is not None:
             sums.sphere_force = self._sphere.load()[0]
         sums.pending = [[0.0] * len(self._state.layout.channels)] * 3

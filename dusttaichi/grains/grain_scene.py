@@ -18,16 +18,18 @@ from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.scene import MaterialsScene
 from dusttaichi.scene.sphere import Sphere
+from dusttaichi.scene.surfaces import AnySurface, reads_surfaces
 
 
 @reads_forces
+@reads_surfaces
 @reads_samples
 class GrainsScene(MaterialsScene):
     """A run of grains with adhesive contacts; all quantities are SI floats."""
 
     order: ClassVar[str] = (
         "name extensions method material materials interaction sample push sphere charge gravity "
-        "forces boundary stop stages numerics output replicas collisions"
+        "forces boundary surfaces stop stages numerics output replicas collisions"
     )
 
     method: Literal["grains"] = Field("grains", description="method of simulation")
@@ -59,12 +61,20 @@ class GrainsScene(MaterialsScene):
     forces: tuple[AnyForce, ...] = Field(
         (), description="further forces from outside on grains and sphere: gas, fields, frames"
     )
+    surfaces: tuple[AnySurface, ...] = Field(
+        (), description="further walls, which may be curved and move: tubes, rods, shells"
+    )
     numerics: Numerics = Field(
         default_factory=Numerics, description="time step, precision, threads"
     )
     collisions: Collisions | None = Field(
         None, description="parameters of `dust collide`; not used by `dust run`"
     )
+
+    @property
+    def has_walls(self) -> bool:
+        """True where grains may touch a wall or a surface."""
+        return bool(self.boundary.walls or self.surfaces)
 
     @property
     def softened(self) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from dusttaichi.physics.geometry import SURFACES
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.variables import declare, declare_variables
 
 _TYPES = {
@@ -39,11 +39,11 @@ def _loads(row, line="line of centres", grain="grain"):
 
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
-# one), "filling" (a filling factor), "plates", "tube", "stress", "stages", "push" (forces, carried
-# grains), "gravity", "outside" (forces from outside beside it), "sphere" (a rigid one), "pair" (two
-# bodies that fly at each other), "shear" (in some stage), "tilt" (of the cell), "open" (nothing
-# around), "polydisperse" (grains of different radius or material), "profiles", "snapshots",
-# "contacts" (with the snapshots), "forces" (of these), "requested" (optional outputs).
+# one), "filling" (a filling factor), "plates", "tube", "surfaces", "stress", "stages", "push"
+# (forces, carried grains), "gravity", "outside" (forces from outside beside it), "sphere" (a rigid
+# one), "pair" (two bodies that fly at each other), "shear" (in some stage), "tilt" (of the cell),
+# "open" (nothing around), "polydisperse" (grains of different radius or material), "profiles",
+# "snapshots", "contacts" (with the snapshots), "forces" (of these), "requested" (optional outputs).
 _TABLE = {
     "series": [
         "time",
@@ -63,6 +63,10 @@ _TABLE = {
          "T19 eq 23", "stress"),
         "pressure",
         "wall_force",
+        ("surface_force", "time surface xyz", "N", "force of each surface on the grains, the tube "
+         "first, average as for pressure", _PHYS, "surfaces"),
+        ("surface_pressing", "time surface", "N", "its component along the normals, positive where "
+         "it pushes, summed over the contacts, likewise", _PHYS, "surfaces"),
         ("tube_pressure", "time", "Pa", "pressure on the tube, positive in compression, average as "
          "for pressure", "", "tube"),
         ("tube_friction", "time", "Pa", "force of the tube on the grains along z over its area, "
@@ -187,8 +191,8 @@ _TABLE = {
     ],
     "wall_contacts": [
         ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
-        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(SURFACES), "",
-         "walls snapshots contacts"),
+        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(WALLS)
+         + ", tube, surfaces", "", "walls snapshots contacts"),
         ("pointer", "wall_contact xyz", "1", "contact pointer fixed in the grain", _PHYS,
          "walls snapshots contacts"),
         ("foot", "wall_contact xyz", "m", "point of the wall where the grain touched", _PHYS,

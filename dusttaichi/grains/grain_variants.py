@@ -120,7 +120,7 @@ def explain_fixed_size(scene):
 
 
 def _explain_no_averages(scene):
-    is_averaged = scene.boundary.walls or scene.output.stress
+    is_averaged = scene.has_walls or scene.output.stress
     return "" if is_averaged else "neither pressures nor stresses are averaged"
 
 

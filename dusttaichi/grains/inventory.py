@@ -8,8 +8,9 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
+from dusttaichi.grains.wall_geometry import list_present, name_walls
 from dusttaichi.physics.contact.effect_registry import EFFECTS, law_name
-from dusttaichi.physics.geometry import AXES, SURFACES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene import quantities
 
 
@@ -28,8 +29,8 @@ def compiled_rows(scene, engine):
     walls, faces = "none", "none"
     box, cell = engine.domain.box, engine.domain.cell
     if box is not None:
-        present = [*box.present, layout.tube]
-        walls = ", ".join(w for w, is_present in zip(SURFACES, present, strict=True) if is_present)
+        named = zip(name_walls(engine.domain), list_present(engine.domain), strict=True)
+        walls = ", ".join(name for name, is_present in named if is_present)
     if cell is not None:
         faces = "across " + ", ".join(AXES[n] for n in cell.axes)
     sphere = "none"
@@ -191,11 +192,14 @@ def _wall_rows(engine):
         along = float(on_walls[n] @ box.normal[n])
         text = "none" if along == 0.0 else f"{_force(abs(along))}, {_sense(along)}"
         rows.append((f"normal force on the wall {WALLS[n]}", text))
-    if box.is_round:
-        pressing = -float(loads.tube_force()[0])
-        text = "none" if pressing == 0.0 else f"{_force(abs(pressing))}, {_sense(pressing)}"
-        rows.append(("normal force on the tube, all around", text))
-    return [*rows, ("total force on the walls", _vector(on_walls.sum(axis=0)))]
+    total = on_walls.sum(axis=0)
+    if engine.domain.surfaces is not None:
+        on_surfaces = -loads.surface_loads()
+        total = total + on_surfaces[:, :3].sum(axis=0)
+        for name, pressing in zip(engine.domain.surfaces.names, on_surfaces[:, 3], strict=True):
+            text = "none" if pressing == 0.0 else f"{_force(abs(pressing))}, {_sense(pressing)}"
+            rows.append((f"normal force on the {name}, all of it", text))
+    return [*rows, ("total force on the walls", _vector(total))]
 
 
 def _sense(along):

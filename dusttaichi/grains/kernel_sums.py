@@ -62,7 +62,7 @@ class KernelSums:
 
     def read_loads(self):
         """The LoadSums now."""
-        arguments = self._state, self._environment.box, self._bodies.unit_mass
+        arguments = self._state, self._environment, self._bodies.unit_mass
         if not hasattr(self._kernels, "load_sums"):
             return LoadSums(*arguments)
         self._kernels.load_sums()

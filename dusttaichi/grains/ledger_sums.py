@@ -13,7 +13,8 @@ class LedgerSums:
     impulse (6, 3): of earlier drives. sphere_force, sphere_impulse (3,), sphere_work: the same of a
     sphere that is driven. face_jumps: what changes of the drive leave over. damping: half of the
     work of step 0, which would belong to a time before it (pairs, walls, the sphere). push_work: of
-    pushes that have ended. script_work: of changes by a script.
+    pushes that have ended. script_work: of changes by a script. surface_power: of the surfaces at
+    the start.
     """
 
     wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
@@ -25,5 +26,6 @@ class LedgerSums:
     script_work: float = 0.0
     wall_work: float = 0.0
     face_power: float = 0.0
+    surface_power: float = 0.0
     face_jumps: float = 0.0
     pending: list = field(default_factory=lambda: [[0.0]] * 3)

@@ -2,22 +2,21 @@
 
 import numpy as np
 
-from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
-from dusttaichi.grains.kernels.store import FIRST_WALL
-from dusttaichi.grains.wall_geometry import normals_at
+from dusttaichi.grains.kernels.store import FIRST_WALL, LOADS, PLANES
 
 
 class LoadSums:
     """The sums of a GrainState as it is now, each computed where it is needed.
 
     They are added up here: sooner than by kernels. Of no use once something has moved.
-    box: Box of the scene, or None. unit_mass: of GrainBodies.
+    environment: Environment. unit_mass: of GrainBodies.
     """
 
-    def __init__(self, state, box, unit_mass):
+    def __init__(self, state, environment, unit_mass):
         self.state, self.fields, self.layout = state, state.fields, state.layout
-        self.box, self.unit_mass = box, unit_mass
+        self.domain, self.time = environment.domain, environment.time
+        self.box, self.unit_mass = environment.box, unit_mass
 
     def wall_force(self):
         """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
@@ -27,34 +26,46 @@ class LoadSums:
         along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6)[:6] for n in range(3))
         return np.stack(list(along), axis=1)
 
-    def tube_force(self):
-        """Force of the tube on the grains along its normal, around and along its axis [nN], (3,).
+    def surface_loads(self):
+        """Loads of each surface on the grains now, (S, 5), as SurfaceGatherer.load_of has them.
 
-        Positive around the axis as seen against z.
+        Force [nN], its component along the normals, power [fJ/us].
         """
         lanes, load = self._read_walls()
-        force = np.moveaxis(load, 1, 2).reshape(-1, 3).astype(float)
-        normal = normals_at(self.box, lanes.wall, self.state["x"][lanes.grain])
-        tangential = normal[:, 0] * force[:, 1] - normal[:, 1] * force[:, 0]
-        turned = np.stack([np.sum(force * normal, axis=1), tangential, force[:, 2]], axis=1)
-        return turned[lanes.wall == TUBE].sum(axis=0)
+        loads, domain = np.moveaxis(load, 1, 2).reshape(-1, 9).astype(float), self.domain
+        out = np.zeros((len(domain.surfaces), 5))
+        for n in range(len(out)):
+            rows = (lanes.wall == PLANES + n) & (lanes.grain < self.state.grains)
+            x, (force, torque) = (
+                self.state["x"][lanes.grain[rows]],
+                (loads[rows, :3], loads[rows, 6:]),
+            )
+            pressing = np.sum(force * domain.surfaces.normals(n, x, self.time), axis=1)
+            power = np.sum(force * domain.surfaces.velocities(n, x, self.time), axis=1)
+            power -= torque @ domain.surfaces.spin(n)
+            out[n] = np.column_stack([force, pressing, power]).sum(axis=0)
+        return out
+
+    def surface_power(self):
+        """Power of all surfaces now [fJ/us]."""
+        return float(self.surface_loads()[:, 4].sum())
 
     def _read_walls(self):
         """The lanes of the contacts with walls, and the forces in their blocks."""
         first = int(self.state["counts"][FIRST_WALL])
         blocks = first, first + self.state.wall_blocks
-        return self.state.wall_lanes(), self.fields["load"].copy_rows(*blocks, slice(0, 3))
+        return self.state.wall_lanes(), self.fields["load"].copy_rows(*blocks, slice(0, LOADS))
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
-        return np.zeros((6, 3)) if self.box is None else self._sum_impulses()[:6]
+        return np.zeros((6, 3)) if self.box is None else self._sum_impulses()[:PLANES, :3]
 
-    def tube_impulse(self):
-        """Time integral of `tube_force` since the start [nN us], (3,)."""
-        return self._sum_impulses()[TUBE]
+    def surface_impulses(self):
+        """Time integral of `surface_loads` since the start, (S, 5)."""
+        return self._sum_impulses()[PLANES:]
 
     def _sum_impulses(self):
-        """Time integrals of all walls, the tube among them."""
+        """Time integrals of all walls, the surfaces among them."""
         total, blocks = self.state["impulse_total"], self.state.wall_blocks
         wall_of_block = self.fields["wall_of"].to_numpy(blocks)
         np.add.at(total, wall_of_block, self.fields["impulse"].to_numpy(blocks))
@@ -94,7 +105,8 @@ class DeviceLoadSums(LoadSums):
 
     def __init__(self, *arguments, sums):
         super().__init__(*arguments)
-        self.sums, self.on_walls = sums, sums[ON_WALLS].reshape(-1, 6)
+        self.sums = sums
+        self.on_walls = sums[ON_WALLS:].reshape(-1, 3 + self.layout.impulses)
 
     def wall_force(self):
         return self.on_walls[:6, :3]

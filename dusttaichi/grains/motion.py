@@ -6,7 +6,7 @@ order unless said otherwise.
 
 import numpy as np
 
-from dusttaichi.grains.wall_geometry import distances_to
+from dusttaichi.grains.wall_geometry import distances_to, list_present
 
 
 class Motion:
@@ -133,10 +133,10 @@ class Motion:
 
         The grain is that of the sample; distances are negative beyond the wall.
         """
-        box, x = self.environment.box, self.state.of_grains("x")
+        domain, x = self.environment.domain, self.state.of_grains("x")
         nearest, time = (np.inf, -1, -1), self.environment.time
-        for wall in np.flatnonzero([*box.present, box.is_round]):
-            distance = distances_to(box, wall, x, time)
+        for wall in np.flatnonzero(list_present(domain)):
+            distance = distances_to(domain, wall, x, time)
             grain = int(np.argmin(distance))
             number = int(self.state.order[grain])
             nearest = min(nearest, (float(distance[grain]), number, int(wall)))

@@ -1,7 +1,5 @@
 """Walls and cell around the grains of a scene, by its boundary. Internal units."""
 
-from dataclasses import replace
-
 import numpy as np
 import scipy
 
@@ -46,9 +44,7 @@ def place_environment(table, sample):
         room_low, room_high = _reuse_ends(np.array(room) / units.LENGTH, room_low, room_high, axes)
         low, high, size = room_low, room_high, room_high - room_low
     _put_planes(boundary, room_low, room_high, size)
-    box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
-    if boundary.kind == "tube":
-        box = replace(box, tube=_place_tube(boundary, positions, radius - overlap))
+    box = make_box(boundary, room_low, room_high, size) if scene.has_walls else None
     if not axes:
         return box, None
     _check_edges(size[list(axes)], axes, np.max(radius))
@@ -64,29 +60,6 @@ def place_environment(table, sample):
     if not tilt:  # a sheared cell is reused unchanged
         _check_images(positions, cell, radius)
     return box, cell
-
-
-def _place_tube(boundary, positions, reach):
-    """Radius, x and y of the axis [um] and strength of a tube around grains.
-
-    The axis is in the middle of the sample. reach: of the grains, one number or (N,). Raises
-    DustError for a tube that is too narrow.
-    """
-    centre = 0.5 * (positions[:, :2].min(axis=0) + positions[:, :2].max(axis=0))
-    if boundary.axis is not None:
-        centre = np.array(boundary.axis) / units.LENGTH
-    smallest_radius = float(
-        np.max(np.linalg.norm(positions[:, :2] - centre, axis=1) + np.ravel(reach))
-    )
-    if boundary.radius == "fit":
-        return np.array([smallest_radius, *centre, boundary.side_walls])
-    radius = boundary.radius / units.LENGTH
-    if radius < smallest_radius * (1.0 - 1e-9):
-        raise DustError(
-            f"boundary.radius: the sample does not fit: it needs {smallest_radius:.4g} µm, there "
-            f"are {radius:.4g} µm; enlarge it or use radius: fit"
-        )
-    return np.array([radius, *centre, boundary.side_walls])
 
 
 def is_tilted(scene, sample):

@@ -36,19 +36,21 @@ def pair_displacements(n1, n2, normal, radii):
 def wall_pointers(layout, history, grain):
     """Pointers n1 and foot points of contacts with walls that touch.
 
-    grain: (place, radius, normal) of each.
+    grain: (place, radius, normal, reduced radius) of each.
     """
-    position, radius, normal = grain
+    position, radius, normal, reduced = grain
     xi, zeta = _displacements(layout, history)
-    n1 = unit(xi / radius - normal)
+    # of a flat wall R = r, and zeta is of the foot alone
+    n1 = unit(xi / radius + zeta * (1.0 - reduced / radius) / radius - normal)
     return n1, position + radius * n1 - zeta
 
 
 def wall_displacements(n1, foot, grain):
     """xi and zeta of contacts with walls with these pointers and foot points."""
-    position, radius, normal = grain
+    position, radius, normal, reduced = grain
     arm = position + radius * n1 - foot
-    return radius * (n1 + normal), arm - dot_rows(arm, normal)[:, None] * normal
+    zeta = arm - dot_rows(arm, normal)[:, None] * normal
+    return radius * (n1 + normal) - zeta * (1.0 - reduced / radius), zeta
 
 
 def _displacements(layout, history):

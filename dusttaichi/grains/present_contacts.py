@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from dusttaichi.grains.kernels.store import PLANES
 from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
-from dusttaichi.grains.wall_geometry import normals_at, offsets_at
+from dusttaichi.grains.wall_geometry import normals_at, offsets_at, reduced_radii_at
 from dusttaichi.physics.contact.parts import PARTS, pair_parts, wall_parts
 from dusttaichi.physics.geometry import dot_rows, measure_rows
 
@@ -90,19 +91,23 @@ class Contacts:
 
         force [nN], torque [nN um]: on the grain; names: see `measure_pairs`.
         """
-        state, layout, box = self._state, self._state.layout, self._environment.box
+        state, layout, domain = self._state, self._state.layout, self._environment.domain
         blocks, grain, wall = state.wall_lanes()
         history, load = (state.rows(name, blocks) for name in ("history", "load"))
         touch = touching(layout, history)
         grain, wall, history = grain[touch], wall[touch], history[touch]
         load = load[touch].astype(float)
         x, time = state["x"][grain], self._environment.time
-        normal = normals_at(box, wall, x)
+        normal = normals_at(domain, wall, x, time)
         radius = self._bodies.grain_radii[state.order[grain]]
         # foot points are those on the wall, wherever it has gone along itself
-        displacement = np.pad(box.tangential_displacements(time), ((0, 1), (0, 0)))[wall]
-        pointer, foot = wall_pointers(layout, history, (x - displacement, radius[:, None], normal))
-        offset = offsets_at(box, wall, x, time)
+        flat = (wall < PLANES)[:, None]
+        slid = domain.box.tangential_displacements(time)[np.minimum(wall, PLANES - 1)]
+        displacement = np.where(flat, slid, 0.0)
+        reduced = reduced_radii_at(domain, wall, radius)
+        geometry = x - displacement, radius[:, None], normal, reduced[:, None]
+        pointer, foot = wall_pointers(layout, history, geometry)
+        offset = offsets_at(domain, wall, x, time)
         # what follows from the history has the overlap in it: the foot is a point of the plane
         foot += (offset - dot_rows(foot, normal))[:, None] * normal
         distance = dot_rows(x, normal) - offset

@@ -56,7 +56,7 @@ def _contacts(table):
     else:
         pairs, walls = _median_contacts(table)
     sections = {f"Contact of {name}": c for name, c in pairs.items()}
-    if table.scene.boundary.walls:
+    if table.scene.has_walls:
         sections |= {f"Contact of {name}": c for name, c in walls.items()}
     return [(title, _contact(c, table.scene)) for title, c in sections.items()]
 

@@ -137,19 +137,26 @@ class GrainRecorder:
             force = self._ledger.sums.wall_force if window is None else window.mean("impulse")
             areas = self._environment.domain.wall_areas(self._environment.step)
             record |= {"pressure": self._pressure(force, areas), "wall_force": force}
-            if self._environment.box.is_round:
-                record |= self._average_tube(window)
+            if self._environment.domain.surfaces is not None:
+                record |= self._average_surfaces(window)
         return record
 
-    def _average_tube(self, window):
-        """Pressure on the tube, and the force along its axis over its area (both means)."""
+    def _average_surfaces(self, window):
+        """Means of the loads of the surfaces, and of a tube over its area."""
         if window is None:
-            force = self._kernel_sums.read_loads().tube_force()
+            loads = self._kernel_sums.read_loads().surface_loads()
         else:
-            force = window.mean("tube_impulse")
-        height = self._environment.lengths()[2]
-        area = 2.0 * np.pi * self._environment.box.tube[0] * height
-        return {"tube_pressure": force[0] / area, "tube_friction": force[2] / area}
+            loads = window.mean("surface_impulse")
+        record = {"surface_force": loads[:, :3], "surface_pressing": loads[:, 3]}
+        domain = self._environment.domain
+        if not domain.is_round:
+            return record
+        height, radius = (
+            self._environment.lengths()[2],
+            domain.surfaces.tube_radius(self._environment.time),
+        )
+        area, tube = 2.0 * np.pi * radius * height, loads[domain.surfaces.tube]
+        return record | {"tube_pressure": tube[3] / area, "tube_friction": tube[2] / area}
 
     def _pressure(self, mean_force, areas):
         """Pressure on each wall, (6,); not a number where there is none."""

@@ -8,6 +8,8 @@ import numpy as np
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.grain_cells import CELLS_PER_GRAIN, FARTHEST, FURTHER_CELLS
+from dusttaichi.grains.kernels.store import PLANES
+from dusttaichi.grains.wall_geometry import list_present
 from dusttaichi.particles.cells import Bounds, lay_grid
 
 LIGHT = 299792458.0  # um/us
@@ -107,11 +109,11 @@ class Search:
         near = reach**2 if bodies.are_equal else reach - 2.0 * bodies.radius
         radius = bodies.radius if bodies.are_equal else 0.0
         grid = self._lay_grid(low, extent, edges, reach, tilt)
-        wall_reaches, sphere_reach = [NOWHERE] * 7, 0.0
+        wall_reaches, sphere_reach = [NOWHERE] * self._state.layout.surfaces, 0.0
         if environment.box is not None:
             wall_reach = self.skin + numbers.wall.far + radius
-            present = [*environment.box.present, environment.box.is_round]
-            wall_reaches = np.where(present, wall_reach, NOWHERE)
+            far = [wall_reach] * PLANES + [self.skin + c.far + radius for c in numbers.surfaces]
+            wall_reaches = np.where(list_present(environment.domain), far, NOWHERE)
         if self._sphere is not None:
             sphere_reach = self._sphere.radius + self.skin + numbers.sphere.far + radius
         reaches = near, time, sphere_reach, 3.0, *wall_reaches

@@ -1,11 +1,9 @@
 """The start of a scene: grains into their fields, contacts found, loads of time 0."""
 
-from functools import partial
-
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.wall_geometry import normals_at
+from dusttaichi.grains.wall_geometry import normals_at, reduced_radii_at
 
 
 def start(
@@ -63,6 +61,10 @@ def restore_contacts(sample, motion, contacts, stiffness_ratio):
         distances = contacts.distances(np.arange(len(i)), i, j)
         state.take_contacts(sample.contacts, distances, radii)
     if sample.wall_contacts is not None:
-        normals = partial(normals_at, motion.environment.box)
-        state.take_wall_contacts(sample.wall_contacts, radii, normals)
+        domain = motion.environment.domain
+
+        def geometry(wall, x, radius):
+            return normals_at(domain, wall, x, 0.0), reduced_radii_at(domain, wall, radius)
+
+        state.take_wall_contacts(sample.wall_contacts, radii, geometry)
     state.stiffen(stiffness_ratio)

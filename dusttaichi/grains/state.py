@@ -202,9 +202,10 @@ class GrainState(FieldState):
         history = table == "history"
         return ("contact", slice(self.layout.state_rows)) if history else ("load", slice(LOADS))
 
-    def put_numbers(self, pair, wall, on_sphere):
+    def put_numbers(self, pair, wall, on_sphere, surfaces):
         """Numbers of the kinds of contacts (kernels.contact_numbers); on_sphere: or None."""
-        contact_types, names = (pair, wall, on_sphere or pair), list_numbers(self.layout.model)
+        contact_types = pair, wall, on_sphere or pair, *surfaces
+        names = list_numbers(self.layout.model)
         self["numbers"] = np.array(
             [[getattr(constants, name) for name in names] for constants in contact_types]
         )
@@ -238,11 +239,11 @@ class GrainState(FieldState):
         brought = {name: values[is_stored] for name, values in contacts.items()}
         self._put_springs(rows, brought, displacements, np.where(swapped, -1.0, 1.0))
 
-    def take_wall_contacts(self, contacts, radii, normals):
+    def take_wall_contacts(self, contacts, radii, geometry):
         """Pointers, foot points and twist of contacts with walls that a sample brings along.
 
-        radii [um]: of all grains, (N,), in the sample's order; normals(wall, x): of walls (n,) at
-        points (n, 3) [um].
+        radii [um]: of all grains, (N,), in the sample's order; geometry(wall, x, radius): normals
+        (n, 3) and reduced radii (n,) of contacts of grains at x (n, 3) with walls (n,).
         """
         lanes = self.wall_lanes()
         key = lanes.wall.astype(np.int64) * (self.grains + 1) + lanes.grain
@@ -255,7 +256,8 @@ class GrainState(FieldState):
         rows = slots[is_stored] + lanes.blocks.start * self.layout.width
         grain, wall = contacts["grain"][is_stored], contacts["wall"][is_stored]
         x = self["x"][self.rank[grain]]
-        wall_geometry = x, radii[grain, None], normals(wall, x)
+        normal, reduced = geometry(wall, x, radii[grain])
+        wall_geometry = x, radii[grain, None], normal, reduced[:, None]
         pointer, foot = contacts["pointer"][is_stored], contacts["foot"][is_stored] / LENGTH
         brought = {name: values[is_stored] for name, values in contacts.items()}
         self._put_springs(rows, brought, wall_displacements(pointer, foot, wall_geometry))

@@ -14,7 +14,7 @@ from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
 from dusttaichi.grains.kernels.contact_numbers import PAIR, RIGID_SPHERE
 from dusttaichi.grains.kernels.contact_pass import ContactPass
-from dusttaichi.grains.kernels.gather import PairGatherer, TubeGatherer, WallGatherer, Walls
+from dusttaichi.grains.kernels.gather import PairGatherer, SurfaceGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grain_pass import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere_motion import make_sphere
@@ -56,7 +56,6 @@ def walls_argument(box):
         speed=box.speed.tolist(),
         strength=box.strength.tolist(),
         along=box.along[:, 0].tolist(),
-        tube=box.tube.tolist(),
     )
 
 
@@ -90,7 +89,9 @@ class Phases:
 
         self.pairs = make_pass(PairGatherer, PAIR)
         self.on_sphere = make_pass(PairGatherer, RIGID_SPHERE) if layout.sphere else None
-        self.walls = make_pass(TubeGatherer if layout.tube else WallGatherer) if walls else None
+        self.walls = (
+            make_pass(SurfaceGatherer if layout.curved else WallGatherer) if walls else None
+        )
         every = self.pairs, self.on_sphere, self.walls
         self.contacts = [contacts for contacts in every if contacts is not None]
         self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)

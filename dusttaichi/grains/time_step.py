@@ -16,6 +16,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import STRAIN_RATE
 from dusttaichi.scene.push import list_stage_pushes
+from dusttaichi.scene.surfaces import find_fastest
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
@@ -121,7 +122,7 @@ def step_of_motion(table, motion):
     """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
     alone = motion.alone
     steps = [encounter.step(c, motion.grains, alone) for c in table.extreme_pairs]
-    if table.scene.boundary.walls:
+    if table.scene.has_walls:
         steps += [encounter.step(c, motion.walls, alone) for c in table.extreme_walls]
     if table.scene.sphere is not None:
         steps += [encounter.step(c, motion.sphere, alone) for c in table.extreme_spheres]
@@ -157,6 +158,7 @@ def fastest(scene, sample, radii):
     surface = float(np.max(np.linalg.norm(sample.spins, axis=1) * radii, initial=0.0))
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
     wall = max(_wall_speed(plan.drive) for plan in scene.stage_plans)
+    wall = max(wall, find_fastest(scene))
     face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
     later = [p.velocity or p.speed or (0.0,) * 3 for p in list_stage_pushes(scene)]
     later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
@@ -164,7 +166,7 @@ def fastest(scene, sample, radii):
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
     sphere = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
-    thrown = apart + later + 2.0 * sphere + (2.0 * wall if scene.boundary.walls else 0.0)
+    thrown = apart + later + 2.0 * sphere + (2.0 * wall if scene.has_walls else 0.0)
     return Motion(
         grains=thrown + surface + face,
         walls=initial_speed + surface + wall,

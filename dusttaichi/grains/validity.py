@@ -3,8 +3,8 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
+from dusttaichi.grains.wall_geometry import name_walls
 from dusttaichi.method import moment
-from dusttaichi.physics.geometry import SURFACES
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
@@ -68,8 +68,9 @@ def _check_inside(when, motion, sphere):
     if motion.environment.box is None:
         return
     distance, grain, wall = motion.find_nearest_to_walls()
+    names = name_walls(motion.environment.domain)
     if distance < 0.0:
         raise GuardStop(
-            f"{when} the centre of grain {grain} has gone through the wall {SURFACES[wall]}. "
+            f"{when} the centre of grain {grain} has gone through the wall {names[wall]}. "
             "Try a lower speed or a smaller numerics.time_step."
         )

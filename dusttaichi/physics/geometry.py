@@ -14,7 +14,6 @@ AxisName = Literal["x", "y", "z"]
 WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
 AXES: tuple[AxisName, ...] = get_args(AxisName)
 WALLS: tuple[WallName, ...] = get_args(WallName)
-SURFACES = (*WALLS, "tube")  # what wall contacts number
 LYING = "lying cylinder"  # shape of a sample between two plates
 
 

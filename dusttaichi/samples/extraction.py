@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import SURFACES, heaviest_first, label_components
+from dusttaichi.physics.geometry import WALLS, heaviest_first, label_components
 from dusttaichi.physics.unwrap import unwrap_fragments
 from dusttaichi.samples.files import remarks_on_reading, unread_of
 from dusttaichi.samples.sample import Sample
@@ -188,16 +188,22 @@ def _describe_unused(
     return f"{unread}; {text}" if unread else text
 
 
+def _name_wall(number: int) -> str:
+    return WALLS[number] if number < len(WALLS) else f"surface {number - len(WALLS)}"
+
+
 def drop_missing_walls(scene: AnyScene, sample: Sample) -> Sample:
     """Drop contacts with walls that the scene does not have, with a remark."""
     if sample.wall_contacts is None:
         return sample
-    names = np.array(SURFACES)[sample.wall_contacts["wall"]]
-    walls = (*scene.boundary.walls, *["tube"] * (scene.boundary.kind == "tube"))
-    is_present = np.isin(names, walls)
+    wall, tube = sample.wall_contacts["wall"], ["tube"] * (scene.boundary.kind == "tube")
+    # surfaces of the scene have the numbers behind the planes
+    behind = [*tube, *[f"surfaces[{n}]" for n in range(len(getattr(scene, "surfaces", ())))]]
+    walls = [*np.flatnonzero(np.isin(WALLS, scene.boundary.walls)), *range(6, 6 + len(behind))]
+    is_present = np.isin(wall, walls)
     if is_present.all():
         return sample
-    gone = ", ".join(wall for wall in SURFACES if wall in names[~is_present])
+    gone = ", ".join(_name_wall(n) for n in np.unique(wall[~is_present]))
     text = f"sample: its {np.count_nonzero(~is_present)} contacts with {gone}: no such walls here"
     rows = {name: values[is_present] for name, values in sample.wall_contacts.items()}
     info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
@@ -208,6 +214,7 @@ def drop_missing_walls(scene: AnyScene, sample: Sample) -> Sample:
 FARTHEST = 1.5
 UNIT = 1e-3  # by which the length of a pointer may differ from 1
 MOST_TWIST = 1e3  # rad
+MOST_WALLS = 106  # six planes, and surfaces
 MOST_SPEED = 3e8  # m/s
 
 
@@ -253,8 +260,8 @@ def check_wall_contacts(
         lambda k: f"names grain {grain[k]}",
         f"0 to {n - 1}",
     )
-    outside = (wall < 0) | (wall >= len(SURFACES))
-    _refuse(outside, origin, lambda k: f"names wall {wall[k]}", f"0 to {len(SURFACES) - 1}")
+    outside = (wall < 0) | (wall >= MOST_WALLS)
+    _refuse(outside, origin, lambda k: f"names wall {wall[k]}", f"0 to {MOST_WALLS - 1}")
     _check_springs(contacts, ("pointer",), origin)
 
 

@@ -163,6 +163,13 @@ class TubeBoundary(BoundaryBlock):
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1.0, description="factor on rolling, sliding and twisting at the tube"
     )
+    closing_speed: Speed = Field(
+        "0 m/s", description="speed at which the wall of the tube moves inwards"
+    )
+    axial_speed: Speed = Field("0 m/s", description="speed of the wall of the tube along z")
+    rotation: Annotated[float, Quantity("angular velocity")] = Field(
+        "0 rad/s", description="angular velocity of the wall of the tube about its axis"
+    )
     pressure: Pressed | None = _share_key("pressure")
     gain: Gain | None = _share_key("gain")
 
@@ -172,6 +179,16 @@ class TubeBoundary(BoundaryBlock):
     @property
     def walls(self) -> tuple[str, ...]:
         return ("bottom", "top")
+
+    @property
+    def tube_moves(self) -> bool:
+        """True where the wall of the tube moves or turns."""
+        return any((self.closing_speed, self.axial_speed, self.rotation))
+
+    @property
+    def tube_speed(self) -> float:
+        """Largest speed of the wall of the tube without its rotation [m/s]."""
+        return float(max(abs(self.closing_speed), abs(self.axial_speed)))
 
 
 class PeriodicBoundary(BoundaryBlock):

@@ -138,7 +138,7 @@ def compare(probe, reference, tolerance, steps, every):
             off, unit = n2 - contact.n2, 1.0
             if key[1] < 0:  # a foot: ours is on the wall, along its normal no spring feels it
                 wall, at = np.array([-1 - key[1]]), probe.x[[key[0]]] * 1e6
-                normal = normals_at(probe.sim.domain.box, wall, at)[0]
+                normal = normals_at(probe.sim.domain, wall, at, 0.0)[0]
                 off, unit = off - (off @ normal) * normal, RADIUS
             assert np.abs(off).max() < tolerance * unit
             assert phi == pytest.approx(contact.phi, abs=tolerance)

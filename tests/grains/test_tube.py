@@ -7,11 +7,13 @@ from scenes import RADIUS, Probe, balance, make_scene, sample_of
 from test_pair import compare
 
 from dusttaichi.errors import DustError
+from dusttaichi.physics.surfaces.surface_model import reduced_radius
 from dusttaichi.scene import Scene
 
-WALL = ref.numbers(wall=True)
-MASS, INERTIA = ref.mass_and_inertia()
 TUBE = 10e-6
+R = reduced_radius(RADIUS, (1 / TUBE, 0.0))
+WALL = ref.numbers(wall=True, R=R)
+MASS, INERTIA = ref.mass_and_inertia()
 REST = TUBE - RADIUS + WALL.delta0  # distance from the axis of a grain at rest on the wall
 LOW = (0.0, 0.0, -10e-6)  # of a grain on the bottom, far from the tube
 
@@ -28,7 +30,7 @@ def probe_of(x, v, w, **keys):
 
 
 def test_a_grain_rolls_around_the_tube_as_on_a_plane():
-    """It stops after v^2/2a, a = 5 k_r xi_crit/(7 m): 1.9 rad from where it began. The rolling
+    """It stops after v^2/2a, a = 5 R k_r xi_crit/(7 m r): 1.9 rad from where it began. The rolling
     displacement swings by its limit of 2 nm about that of steady rolling; 1e-3 of 17.8 um is nine
     times as much."""
     speed = 4.0
@@ -37,7 +39,7 @@ def test_a_grain_rolls_around_the_tube_as_on_a_plane():
     probe.advance(95_000)
     x = probe.x[0]
     arc = REST * np.arctan2(x[1], -x[0])
-    way = speed**2 * 7.0 * MASS / (10.0 * WALL.k_r * WALL.xi_crit)
+    way = speed**2 * 7.0 * MASS * RADIUS / (10.0 * WALL.k_r * WALL.xi_crit * R)
     assert arc == pytest.approx(way, rel=1e-3) and arc / REST > 1.8
     assert abs(x[2]) < 1e-12 and np.hypot(*x[:2]) == pytest.approx(REST, abs=0.2 * WALL.delta0)
     end = probe.sim.ledger.measure_energies()
@@ -57,8 +59,10 @@ def test_like_the_reference(damping):
     walls = [ref.Wall(np.array([0.0, 0.0, 1.0]), -1.0)] * 4
     box = probe.sim.domain.box.offsets(0.0) * 1e-6
     walls += [ref.Wall(np.array([0.0, 0.0, s]), box[n]) for s, n in ((1.0, 4), (-1.0, 5))]
-    pair, wall = ref.numbers(damping=damping), ref.numbers(wall=True, damping=damping)
-    reference = ref.Reference(x, v, w, probe.dt, pair, wall, [*walls, ref.Tube(TUBE)])
+    pair, curved = ref.numbers(damping=damping), ref.numbers(wall=True, damping=damping, R=R)
+    flat = ref.numbers(wall=True, damping=damping)
+    walls.append(ref.Tube(TUBE))
+    reference = ref.Reference(x, v, w, probe.dt, pair, lambda i: (curved, flat)[i], walls)
     compare(probe, reference, 2e-3, 6000, 1500)
 
 
@@ -73,20 +77,26 @@ def test_weight_and_pressure_on_the_tube():
     probe = Probe(scene, sample_of(x))
     sim = probe.sim
     sim.stepper.advance(5_000)
-    before, time = sim.kernel_sums.read_loads().tube_impulse(), sim.time
+    before, time = sim.kernel_sums.read_loads().surface_impulses()[0], sim.time
     sim.stepper.advance(10_000)
-    force = (sim.kernel_sums.read_loads().tube_impulse() - before) / (sim.time - time) * 1e-9
-    assert force == pytest.approx([MASS * across, 0.0, MASS * along], abs=0.02 * MASS * across)
-    now = sim.kernel_sums.read_loads().tube_force() * 1e-9
-    assert now == pytest.approx(force, abs=0.2 * MASS * across)
+    impulse = sim.kernel_sums.read_loads().surface_impulses()[0] - before
+    force = impulse / (sim.time - time) * 1e-9
+    weight = MASS * across
+    carried = [weight, 0.0, MASS * along, weight, 0.0]  # force, pressing, power
+    assert force == pytest.approx(carried, abs=0.02 * weight)
+    now = sim.kernel_sums.read_loads().surface_loads()[0] * 1e-9
+    assert now == pytest.approx(force, abs=0.2 * weight)
 
 
 def test_a_tube_is_as_wide_as_the_sample_and_has_a_filling_factor():
     scene = make_scene(boundary={"kind": "tube", "gap": "4 um"})
     sim = Probe(scene, sample_of(np.array([(0, 0, 0), (3e-6, 4e-6, 0)]))).sim
-    radius, x, y, strength = sim.domain.box.tube
-    assert radius * 1e-6 == pytest.approx(2.5e-6 + RADIUS - WALL.delta0)
-    assert (x, y, strength) == pytest.approx((1.5, 2.0, 1.0))
+    surfaces = sim.domain.surfaces
+    radius = surfaces.tube_radius(0.0)
+    curved = ref.numbers(wall=True, R=reduced_radius(RADIUS, (1e6 / radius, 0.0)))
+    assert radius * 1e-6 == pytest.approx(2.5e-6 + RADIUS - curved.delta0, rel=1e-6)
+    assert surfaces.numbers(0, 0.0).centre == pytest.approx((1.5, 2.0, 0.0))
+    assert surfaces.strengths() == pytest.approx([1.0])
     volume = 2 * 4 / 3 * np.pi * 0.6**3
     assert sim.domain.clock().filling_factor_at(0) == pytest.approx(
         volume / (np.pi * radius**2 * 4.0)

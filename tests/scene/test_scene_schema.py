@@ -132,6 +132,9 @@ KINDS = {
         "magnetic_field": ["1 T", "0 T", "0 T"],
         "frequency": "1 s^-1",
     },
+    ("surfaces", "plane"): {"point": ["0 m"] * 3, "normal": [0, 0, 1]},
+    ("surfaces", "sphere"): {"radius": "90 um"},
+    ("surfaces", "cylinder"): {"radius": "90 um"},
 }
 # Blocks that a scene may do without, with what they need.
 MORE = {
@@ -159,6 +162,10 @@ def scene_with(key, kind):
         if below[-1] in ("field", "magnetic_field"):
             del own[below[-1]]
         data["forces"] = [{"kind": kind, **own}]
+    elif block == "surfaces" and below:
+        kind = kind or "cylinder"
+        data["boundary"] = {"kind": "open"}
+        data["surfaces"] = [{"kind": kind, **KINDS["surfaces", kind]}]
     elif kind:
         data[block] = {"kind": kind, **KINDS.get((block, kind), {})}
     elif below[:1] == ["asperities"] and below[1:]:
@@ -195,6 +202,7 @@ def test_default_is_what_the_table_says(key):
     for kind in key.kinds or ("",):
         scene = scene_with(key, kind)
         path = key.path.replace("stages.", "stages.0.").replace("forces.", "forces.0.")
+        path = path.replace("surfaces.", "surfaces.0.")
         assert scene.with_value(path, value) == scene
 
 

@@ -13,15 +13,15 @@ from dusttaichi import units
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.effect_numbers import Constant
 
-PAIR, WALL, RIGID_SPHERE = range(3)  # kinds of contact, rows of `numbers`
+PAIR, WALL, RIGID_SPHERE, CURVED = range(4)  # kinds of contact, rows of `numbers`; surfaces follow
 RADII = {
     "r1": Constant("m", "radius of the first grain"),
     "r2": Constant("m", "radius of the second grain, 0 for a wall"),
     "inv_r1": Constant("m^-1", "one over r1"),
-    "inv_r2": Constant("m^-1", "one over r2, 0 for a wall"),
-    "R": Constant("m", "reduced radius, r1 on a wall"),
+    "inv_r2": Constant("m^-1", "one over r2, 0 for a flat wall"),
+    "R": Constant("m", "reduced radius, r1 on a flat wall"),
     "touch": Constant("m", "distance of centres (centre and wall) at first touch"),
-    "inv_sum": Constant("m^-1", "one over the sum of the radii, 0 for a wall"),
+    "inv_sum": Constant("m^-1", "one over the sum of the radii, 0 for a flat wall"),
     "mass": Constant("kg", "reduced mass"),
 }
 """Numbers of every contact, whatever its laws."""
@@ -46,14 +46,17 @@ def internal_numbers(contact, model):
     """
     r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
     r2 = 0.0 if wall else contact.r2 / units.LENGTH
+    R = contact.R / units.LENGTH
+    # of a wall 0; of a curved surface that of the sphere which its reduced radius has
+    bend = 1.0 / R - 1.0 / r1 if contact.R != contact.r1 else 0.0
     numbers = {
         "r1": r1,
         "r2": r2,
         "inv_r1": 1.0 / r1,
-        "inv_r2": 0.0 if wall else 1.0 / r2,
-        "R": contact.R / units.LENGTH,
+        "inv_r2": bend if wall else 1.0 / r2,
+        "R": R,
         "touch": r1 + r2 + contact.gap / units.LENGTH,
-        "inv_sum": 0.0 if wall else 1.0 / (r1 + r2),
+        "inv_sum": bend * R / r1 if wall else 1.0 / (r1 + r2),
         "mass": contact.mass / units.MASS,
     }
     for name, number in model.numbers.items():
@@ -75,12 +78,12 @@ class EqualNumbers:
         self.columns = range(len(list_numbers(layout.model)))
 
     @ti.func
-    def of_kind(self, contact_kind: ti.template()):
-        """Numbers of contacts of a kind, to be read beside a loop over them."""
+    def of_kind(self, contact_kind):
+        """Numbers of contacts of a kind, or of a surface, to be read beside a loop over them."""
         return self.Numbers(*[self.table[contact_kind, n] for n in self.columns])
 
     @ti.func
-    def touch_of(self, contact_kind: ti.template(), b, lane):
+    def touch_of(self, contact_kind, b, lane):
         """Distance of the centres at first touch, in double precision."""
         return self.touches[contact_kind]
 

@@ -125,7 +125,8 @@ class ContactPass:
             gatherer.contact_kind,
             gatherer.flat,
         )
-        self.round = gatherer.flat and layout.tube
+        self.round = gatherer.flat and bool(layout.curved)
+        self.impulses = layout.impulses
         self.width, self.mask, self.dtype = layout.width, layout.mask, layout.law
         self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.contact_kind]
         self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
@@ -203,33 +204,36 @@ class ContactPass:
         virial = ti.Vector.zero(self.dtype, 9)
         constants, dt = self.numbers.of_kind(self.contact_kind), ti.cast(dt_wide, self.dtype)
         for block in range(first, last):
-            self.block(
-                sums, virial, block, dt, constants, self.gatherer.place(block, outside, time)
-            )
+            place = self.gatherer.place(block, outside, time)
+            if ti.static(self.round):
+                self.block(sums, virial, block, dt, self.numbers_at(place), place)
+            else:
+                self.block(sums, virial, block, dt, constants, place)
         totals = self.totals(sums)
         if totals[self.CHANGES] > 0.0:
             for block in range(first, last):
                 boundary = self.gatherer.place(block, outside, time)
-                self.change_block(block, tile, dt, constants, boundary)
+                if ti.static(self.round):
+                    self.change_block(block, tile, dt, self.numbers_at(boundary), boundary)
+                else:
+                    self.change_block(block, tile, dt, constants, boundary)
         self.add_sums(totals, virial, tile)
         if ti.static(self.flat):
             for block in range(first, last):
                 if ti.static(self.round):
-                    self.add_turned_impulse(
-                        block, dt_wide, self.gatherer.place(block, outside, time)
-                    )
+                    place = self.gatherer.place(block, outside, time)
+                    self.add_surface_impulse(block, dt_wide, place)
                 else:
                     self.add_impulse(block, dt_wide)
 
     @ti.func
-    def add_turned_impulse(self, block, dt, boundary):
-        """`add_impulse` where there is a tube, of whose forces the components there are summed."""
+    def add_surface_impulse(self, block, dt, place):
+        """`add_impulse` where there are surfaces: with their pressing and their power."""
         index, wall_block = block & self.mask, self.gatherer.wall_block(block)
-        total = ti.Vector.zero(ti.f64, 3)
+        total = ti.Vector.zero(ti.f64, self.impulses)
         for lane in range(self.width):
-            force = ti.cast(self.rows.force(index, lane), ti.f64)
-            total += self.gatherer.in_frame(index, lane, force, boundary)
-        for a in ti.static(range(3)):
+            total += self.gatherer.load_of(index, lane, place)
+        for a in ti.static(range(self.impulses)):
             self.impulse[wall_block, a] = self.impulse[wall_block, a] + dt * total[a]
 
     @ti.func
@@ -241,6 +245,19 @@ class ContactPass:
             for lane in range(self.width):
                 force += ti.cast(self.rows.load[index, a, lane], ti.f64)
             self.impulse[wall_block, a] = self.impulse[wall_block, a] + dt * force
+
+    @ti.func
+    def numbers_at(self, boundary):
+        """Numbers of the contacts of a block with a wall that may be a surface."""
+        return self.numbers.of_kind(self.gatherer.row(boundary))
+
+    @ti.func
+    def block_numbers(self, boundary):
+        """Numbers of the contacts of a block, for the passes that no time goes by in."""
+        if ti.static(self.round):
+            return self.numbers_at(boundary)
+        else:
+            return self.numbers.of_kind(self.contact_kind)
 
     @ti.func
     def block(self, sums: ti.template(), virial: ti.template(), block, dt, constants, boundary):
@@ -465,7 +482,7 @@ class ContactPass:
     @ti.func
     def evaluate(self, block, boundary):
         """Loads of a block of contacts in the present configuration; their history stays."""
-        index, kind_numbers = block & self.mask, self.numbers.of_kind(self.contact_kind)
+        index, kind_numbers = block & self.mask, self.block_numbers(boundary)
         gathered = self.gather_block(index, boundary)
         for lane in range(self.width):
             motion, history, constants = self.read_configuration(

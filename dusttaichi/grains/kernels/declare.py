@@ -7,7 +7,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.state_variable import StateVariable
-from dusttaichi.grains.kernels.contact_numbers import list_numbers
+from dusttaichi.grains.kernels.contact_numbers import CURVED, list_numbers
 from dusttaichi.grains.kernels.outside_kick import LAWS
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
@@ -63,6 +63,7 @@ def declare(grains, layout, walls):
     n = Sizes(grains, moving, chunks, pairs, wall_blocks, layout.width, law, geometry)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
+    rows += _surfaces(layout) if layout.curved else []
     rows += _orientation(n) if layout.orientation else []
     rows += _grain_loss(n, layout) if layout.grain_loss else []
     rows += _members(n) if layout.members else []
@@ -108,8 +109,9 @@ def _members(n):
 def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
     entries = (n.pairs + n.walls) * layout.width + 2 * n.grains
-    numbers = ("constants of a contact of two grains, with a wall, with the sphere",
-               "um, nN, fJ", n.law, (3, len(list_numbers(layout.model))))
+    kinds = CURVED + len(layout.curved)
+    numbers = ("constants of a contact of two grains, with a wall, with the sphere, with surfaces",
+               "um, nN, fJ", n.law, (kinds, len(list_numbers(layout.model))))
     return [
         ("contact", "history and own constants of a contact: rows of the layout",
          "um, nN, fJ", n.law, (blocks, layout.row_count, n.width)),
@@ -119,8 +121,7 @@ def _contacts(n, layout):
         ("pair_j", "second grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
         ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),
         ("numbers", *numbers),
-        ("touches", "distance of the centres at first touch of these three", "um", ("f64", 0),
-         (3,)),
+        ("touches", "distance of the centres at first touch of these", "um", ("f64", 0), (kinds,)),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
         ("entry", "contacts of a grain that are not its own pairs, -1 at the end of each part",
          "1", ("i32", 0), (entries,)),
@@ -140,10 +141,17 @@ def _walls(n, layout):
         ("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", layout.surfaces),
          (n.grains,)),
         ("wall_loss", "wall losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
-        ("impulse", "time integral of the wall force by block", "nN us", ("f64", 0), (n.walls, 3)),
-        ("impulse_total", "the same before the last search", "nN us", ("f64", 3),
+        ("impulse", "time integral of the wall force by block, of surfaces also of their pressing "
+         "and their power", "nN us, fJ", ("f64", 0), (n.walls, layout.impulses)),
+        ("impulse_total", "the same before the last search", "nN us, fJ", ("f64", layout.impulses),
          (layout.surfaces,)),
     ]
+
+
+def _surfaces(layout):
+    shape = len(layout.curved), layout.curved.row_length
+    meaning = "numbers of the surfaces and how they move: physics.surfaces.surface_model"
+    return [("surfaces", meaning, "um, us", ("f64", 0), shape)]
 
 
 def _cell(n, layout):

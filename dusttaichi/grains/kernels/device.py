@@ -41,7 +41,7 @@ class ContactThreads(ContactPass):
         """The contact of a block, which has one; its sums are added to `books`."""
         sums = [ti.Vector.zero(self.dtype, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.dtype, 9)
-        constants, dt = self.numbers.of_kind(self.contact_kind), ti.cast(dt_wide, self.dtype)
+        constants, dt = self.block_numbers(boundary), ti.cast(dt_wide, self.dtype)
         self.block(sums, virial, block, dt, constants, boundary)
         totals = self.totals(sums)
         if ti.static(self.ledger):
@@ -55,7 +55,7 @@ class ContactThreads(ContactPass):
         if totals[self.CHANGES] > 0.0:
             self.change_block(block, books, dt, constants, boundary)
         if ti.static(self.round):
-            self.add_turned_impulse(block, dt_wide, boundary)
+            self.add_surface_impulse(block, dt_wide, boundary)
         elif ti.static(self.flat):
             self.add_impulse(block, dt_wide)
 
@@ -163,7 +163,6 @@ def by_threads(phases, layout, step_phases):
     prepared = bool(layout.periodic) or layout.stress
     # Walls in fields of their own: a thread would have a copy of all of them in its own memory
     own_numbers = {n: ti.field(ti.f64, shape=6) for n in ("offset", "speed", "strength", "along")}
-    own_numbers["tube"] = ti.field(ti.f64, shape=4)
     planes = SimpleNamespace(normal=ti.field(ti.f64, shape=(6, 3)), **own_numbers)
     # of the cell: its frame, and its rates, at each step between two looks
     frames = ti.field(ti.f64, shape=(LOOK, 3, 4)) if prepared else None
@@ -176,8 +175,6 @@ def by_threads(phases, layout, step_phases):
                 planes.normal[k, a] = box.normal[k, a]
             planes.offset[k], planes.speed[k] = box.offset[k], box.speed[k]
             planes.strength[k], planes.along[k] = box.strength[k], box.along[k]
-        for k in ti.static(range(4)):
-            planes.tube[k] = box.tube[k]
 
     arguments = Arguments(step_phases, note)
     threads = Threads(phases, layout, frames, rates, planes)

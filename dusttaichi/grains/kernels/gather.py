@@ -6,12 +6,14 @@ vectors. What cancels (distances, overlaps) is formed in the precision of positi
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.cell_kinematics import make_cell
-from dusttaichi.grains.kernels.contact_numbers import WALL
-from dusttaichi.grains.kernels.store import FIRST_WALL
+from dusttaichi.grains.kernels.contact_numbers import CURVED, WALL
+from dusttaichi.grains.kernels.store import FIRST_WALL, PLANES
+from dusttaichi.grains.kernels.surface_kinematics import CurvedSurfaces
 from dusttaichi.physics.contact.kinematics import pair_motion, surface_motion, wall_motion
-from dusttaichi.physics.surfaces import cylinder, plane
+from dusttaichi.physics.surfaces import plane
+
+plane_distance = ti.func(plane.distance)
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
@@ -19,7 +21,6 @@ Walls = ti.types.struct(
     speed=ti.types.vector(6, ti.f64),  # along the normal
     strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
     along=ti.types.vector(6, ti.f64),  # speed along x
-    tube=ti.types.vector(4, ti.f64),  # radius, x and y of the axis, strength
 )
 
 
@@ -172,7 +173,7 @@ class WallGatherer(Gatherer):
     def gather(self, gathered: ti.template(), block, lane, boundary):
         wall_block = self.wall_block(block)
         i = self.grain[wall_block, lane]
-        distance = plane.distance(self.x[i], boundary) + self.gap[wall_block, lane]
+        distance = plane_distance(self.x[i], boundary) + self.gap[wall_block, lane]
         touch = self.numbers.touch_of(self.contact_kind, block, lane)
         gathered[lane] = ti.cast(touch - distance, self.dtype)
         self.put(gathered, 1, lane, self.v[i] - boundary.velocity)
@@ -199,66 +200,85 @@ class WallGatherer(Gatherer):
 
 
 @ti.data_oriented
-class TubeGatherer(WallGatherer):
-    """Relative motion of a grain and a wall, of which the one behind the planes is a tube."""
+class SurfaceGatherer(WallGatherer):
+    """Relative motion of a grain and a wall, where there are surfaces behind the six planes."""
 
-    columns = 11
+    columns = 17
+
+    def __init__(self, fields, layout, mechanics, numbers):
+        super().__init__(fields, layout, mechanics, numbers)
+        self.surfaces = CurvedSurfaces(layout.curved, fields["surfaces"])
+        self.load = fields["load"]
 
     @ti.func
     def place(self, block, box: ti.template(), time):
-        """Wall of a block: a plane as WallGatherer has it, the numbers of the tube, which it is."""
+        """Wall of a block: a plane as WallGatherer has it, and which it is at that time."""
         wall = self.of[self.wall_block(block)]
-        k, tube = ti.min(wall, TUBE - 1), wall == TUBE
+        k, strength = ti.min(wall, PLANES - 1), ti.cast(0.0, ti.f64)
         normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
         velocity = normal * ti.cast(box.speed[k], self.geometry)
         velocity[0] += ti.cast(box.along[k], self.geometry)
+        strength = box.strength[k]
+        for n in ti.static(range(self.surfaces.count)):
+            if wall == PLANES + n:
+                strength = self.surfaces.strength(n)
         return ti.Struct(
-            normal=normal, offset=box.offset[k] + box.speed[k] * time,
-            velocity=ti.select(tube, 0.0 * velocity, velocity),
-            strength=ti.cast(ti.select(tube, box.tube[3], box.strength[k]), self.dtype),
-            radius=box.tube[0], x=box.tube[1], y=box.tube[2],
-            is_tube=ti.select(tube, 1.0, 0.0),
+            normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
+            strength=ti.cast(strength, self.dtype), wall=wall, time=ti.cast(time, ti.f64),
         )  # fmt: skip
 
     @ti.func
-    def normal_at(self, x, boundary):
-        """Unit normal of the wall at a point."""
-        n0, n1, n2 = cylinder.normal(x, boundary)
-        curved = boundary.is_tube
-        return curved * self.place3(n0, n1, n2) + (1.0 - curved) * boundary.normal
+    def row(self, boundary):
+        """Row of `numbers` of the contacts with the wall of a block."""
+        return ti.select(boundary.wall < PLANES, WALL, CURVED + boundary.wall - PLANES)
 
     @ti.func
     def gather(self, gathered: ti.template(), block, lane, boundary):
         wall_block = self.wall_block(block)
         i = self.grain[wall_block, lane]
-        x, curved = self.x[i], boundary.is_tube
-        flat = plane.distance(x, boundary)
-        distance = (
-            ti.select(curved > 0.5, cylinder.distance(x, boundary), flat)
-            + self.gap[wall_block, lane]
-        )
-        touch = self.numbers.touch_of(self.contact_kind, block, lane)
-        gathered[lane] = ti.cast(touch - distance, self.dtype)
-        self.put(gathered, 1, lane, self.v[i] - boundary.velocity)
+        x, v, normal = self.x[i], self.v[i], ti.cast(boundary.normal, ti.f64)
+        distance = ti.cast(plane_distance(x, boundary), ti.f64)
+        velocity, turning = ti.cast(boundary.velocity, ti.f64), 0.0 * normal
+        spin, speed = 0.0 * normal, normal.dot(ti.cast(v - boundary.velocity, ti.f64))
+        for n in ti.static(range(self.surfaces.count)):
+            if boundary.wall == PLANES + n:
+                touch = self.surfaces.touch(n, x, v, boundary.time)
+                distance, speed, normal = touch.distance, touch.speed, touch.normal
+                turning, velocity, spin = touch.turning, touch.velocity, touch.spin
+        first_touch = self.numbers.touch_of(self.row(boundary), block, lane)
+        gathered[lane] = ti.cast(first_touch - distance - self.gap[wall_block, lane], self.dtype)
+        self.put(gathered, 1, lane, ti.cast(v, ti.f64) - velocity)
         self.put(gathered, 4, lane, self.w[i])
-        self.put(gathered, 7, lane, self.normal_at(x, boundary))
-        gathered[10 * self.width + lane] = ti.cast(curved * cylinder.bend(x, boundary), self.dtype)
+        self.put(gathered, 7, lane, normal)
+        self.put(gathered, 10, lane, turning)
+        gathered[13 * self.width + lane] = ti.cast(speed, self.dtype)
+        self.put(gathered, 14, lane, spin)
 
     @ti.func
     def motion(self, gathered: ti.template(), lane, dt, constants, boundary):
-        velocity, spin, normal = (
+        dv, normal, turning = (
             self.get(gathered, 1, lane),
-            self.get(gathered, 4, lane),
             self.get(gathered, 7, lane),
+            self.get(gathered, 10, lane),
         )
-        across = self.vec3(velocity[0], velocity[1], 0.0)
-        bend = gathered[10 * self.width + lane]
-        return surface_motion(self.Motion, gathered[lane], normal, velocity, across, bend, spin, dt)
+        spins = self.get(gathered, 4, lane), self.get(gathered, 14, lane)
+        speed = gathered[13 * self.width + lane]
+        return surface_motion(
+            self.Motion, gathered[lane], normal, turning * dt, speed, dv, spins[0], spins[1], dt
+        )
 
     @ti.func
-    def in_frame(self, b, lane, force, boundary):
-        """Force of a wall on a grain: of the tube along its normal, around and along its axis."""
-        normal = self.normal_at(self.x[self.grain[self.wall_block(b), lane]], boundary)
-        tangential = normal[0] * force[1] - normal[1] * force[0]
-        turned = ti.Vector([force.dot(normal), tangential, force[2]])
-        return ti.select(boundary.is_tube > 0.5, turned, force)
+    def load_of(self, b, lane, boundary):
+        """Force of a surface on a grain, its component along the normal, and its power."""
+        force = ti.Vector([ti.cast(self.load[b, k, lane], ti.f64) for k in ti.static(range(3))])
+        torque = ti.Vector(
+            [ti.cast(self.load[b, 6 + k, lane], ti.f64) for k in ti.static(range(3))]
+        )
+        pressing, power = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+        i = self.grain[self.wall_block(b), lane]
+        for n in ti.static(range(self.surfaces.count)):
+            if boundary.wall == PLANES + n:
+                touch = self.surfaces.touch(n, self.x[i], self.v[i], boundary.time)
+                pressing = force.dot(touch.normal)
+                power = force.dot(touch.velocity) - torque.dot(touch.spin)
+        return ti.Vector([force[0], force[1], force[2], pressing, power])

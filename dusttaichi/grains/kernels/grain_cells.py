@@ -25,11 +25,11 @@ FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 # numbers of a search in the field `grid`, behind those of the cells: a kernel reads them from
 # there, for Python passes them more slowly than it searches. REACH: of two centres, squared, where
 # grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls
-# and the tube): see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y
+# and surfaces): see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y
 # around one. If LLVM knew their number, it would write their loops out nine times, as it writes out
 # a loop with a single end eight times
 REACH, TIME, SPHERE_REACH, AROUND, WALL_REACH = range(grid_length(3), grid_length(3) + 5)
-OWN_NUMBERS = 11
+OWN_NUMBERS = 4  # beside the reach of each wall
 
 
 def place_search(grains, layout, walls):
@@ -42,10 +42,11 @@ def place_search(grains, layout, walls):
         fields["wall_chunk"] = ti.field(ti.i32, shape=layout.surfaces * -(-grains // CHUNK) + 1)
     if layout.sphere:
         fields["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
+    own = OWN_NUMBERS + layout.surfaces
     if layout.members:
         fields["apart"] = ti.Vector.field(3, ti.f64, shape=grains)
     return (
-        place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=OWN_NUMBERS)
+        place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=own)
         | fields
         | {
             "near": ti.field(ti.i32, shape=near),

@@ -6,16 +6,18 @@ from dusttaichi.compute.taichi_internals.launching import Launch
 from dusttaichi.grains.kernels.store import PAIRS, capacity
 from dusttaichi.grains.kernels.wall_search import WallSums
 
-# slices of the field `load_sums`: of the columns of tables, and of walls, (7, 6): force, impulse
+# slices of the field `load_sums`: of the columns of tables; from ON_WALLS on of walls, a row each:
+# force (3), impulse (layout.impulses)
 COLUMNS = {"flux": slice(0, 6), "virial": slice(6, 15), "wall_virial": slice(15, 24)}
 COLUMNS["across"] = slice(24, 33)
-ON_WALLS = slice(33, 75)
+ON_WALLS = 33
 FACES = 9  # sums over pairs: force along x, y, z, each times the edges between along x, y, z
 
 
 def place_load_sums(grains, layout, walls):
     """The field of the sums; where there is a cell, those of each tile of pairs."""
-    out = {"load_sums": ti.field(ti.f64, shape=ON_WALLS.stop)}
+    length = ON_WALLS + layout.surfaces * (3 + layout.impulses)
+    out = {"load_sums": ti.field(ti.f64, shape=length)}
     if layout.periodic:
         tiles = capacity(grains, layout, walls)[0] // layout.tile
         out["across"] = ti.field(ti.f64, shape=(tiles, FACES))
@@ -86,10 +88,10 @@ def make_load_sums(fields, sums, layout, walls):
             for thread_number in range(ti.static(impulse_total.shape[0]) * THREADS):
                 wall, thread = thread_number // THREADS, thread_number % THREADS
                 total = wall_sums.of_wall(wall, thread)
-                for component in ti.static(range(3)):
+                for component in ti.static(range(layout.impulses)):
                     if thread == 3 + component:
                         total += impulse_total[wall][component]
-                if thread < 6:
-                    out[ON_WALLS.start + 6 * wall + thread] = total
+                if thread < 3 + layout.impulses:
+                    out[ON_WALLS + (3 + layout.impulses) * wall + thread] = total
 
     return Launch(load_sums)

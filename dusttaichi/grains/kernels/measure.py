@@ -93,7 +93,7 @@ class ContactSums:
         """Add the lanes of a block from `begin` to before `end`, as far as it has them."""
         index, kind_numbers = (
             block & self.contacts.mask,
-            self.contacts.numbers.of_kind(self.contacts.contact_kind),
+            self.contacts.block_numbers(boundary),
         )
         dt, gathered = (
             ti.cast(dt_wide, self.contacts.dtype),

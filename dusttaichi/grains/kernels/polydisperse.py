@@ -17,8 +17,10 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.contact_numbers import WALL, EqualNumbers
+from dusttaichi.grains.kernels.store import PLANES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import block_in, properties_of
+from dusttaichi.physics.surfaces.surface_model import CURVATURE
 from dusttaichi.scene.quantities import DIMENSIONS
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
@@ -34,9 +36,13 @@ FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
 """(name, column) of what the rows of the table say of two materials."""
 
 
-def list_stored_numbers(model, softened=False):
-    """Names of the numbers that each contact has: rows from Layout.constants on."""
-    return ("r1", "r2", "mass", *(["gap"] if softened else []), *model.numbers)
+def list_stored_numbers(model, softened=False, curved=False):
+    """Names of the numbers that each contact has: rows from Layout.constants on.
+
+    curved: there are surfaces, so that the reduced radius does not follow from the radii.
+    """
+    further = [*["gap"] * softened, *["R"] * curved]
+    return ("r1", "r2", "mass", *further, *model.numbers)
 
 
 def own_keys(block):
@@ -127,10 +133,11 @@ class OwnNumbers(EqualNumbers):
         column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
         self.r1, self.r2, self.mass = (column[name] for name in ("r1", "r2", "mass"))
         self.softened, self.gap = "gap" in column, column.get("gap", 0)
+        self.curved, self.R = "R" in column, column.get("R", 0)
         self.of_laws = tuple(column[name] for name in layout.model.numbers)
 
     @ti.func
-    def touch_of(self, contact_kind: ti.template(), b, lane):
+    def touch_of(self, contact_kind, b, lane):
         return self.touch[b, lane]
 
     @ti.func
@@ -140,6 +147,10 @@ class OwnNumbers(EqualNumbers):
         inv_r2, reduced = 1.0 / r2, r1 * r2 * inv_sum
         if ti.static(contact_kind == WALL):
             r2, inv_r2, inv_sum, reduced = 0.0 * r1, 0.0 * r1, 0.0 * r1, r1
+            if ti.static(self.curved):  # of planes R = r1, and both stay 0
+                reduced = self.contact[block, self.R, lane]
+                inv_r2 = 1.0 / reduced - inv_r1
+                inv_sum = inv_r1 * inv_r2 * reduced
         touch = r1 + r2
         if ti.static(self.softened):
             touch += self.contact[block, self.gap, lane]
@@ -149,15 +160,16 @@ class OwnNumbers(EqualNumbers):
 
 
 def make_write_constants(fields, interfaces, scene, layout):
-    """Returns `pair(b, k, g, j)`, `wall(b, k, g)`, `sphere(b, k, g, j)`, `empty(b, k)`.
+    """Returns `pair(b, k, g, j)`, `wall(b, k, g, n)`, `sphere(b, k, g, j)`, `empty(b, k)`.
 
-    They write the numbers of lane k of block b, of grains g and j, of grain g and a wall, or the
+    They write the numbers of lane k of block b, of grains g and j, of grain g and wall n, or the
     sphere (number j), of nothing. interfaces: field of `interface_table` of the scene.
     """
     materials, table, touch = len(scene.all_materials), fields["contact"], fields["touch"]
     radius, mass, material = fields["radius"], fields["mass"], fields["material"]
     write = make_write(fields, interfaces, scene, layout)
     first, columns = layout.constants, len(layout.stored)
+    surfaces, curvature = fields.get("surfaces"), layout.curved.motion + CURVATURE
 
     @ti.func
     def write_two(b, k, row, g, j):
@@ -176,9 +188,23 @@ def make_write_constants(fields, interfaces, scene, layout):
         write_two(b, k, (materials + 1) * materials + material[g], g, j)
 
     @ti.func
-    def write_wall(b, k, g):
+    def on_wall(r, n):
+        """Reduced radius of a grain on wall n (physics.surfaces.surface_model.reduced_radius)."""
+        R = r
+        for k in ti.static(range(len(layout.curved))):
+            if n == PLANES + k:
+                first = 1.0 / r - surfaces[k, curvature]
+                second = 1.0 / r - surfaces[k, curvature + 1]
+                R = 1.0 / first
+                if first != second:
+                    R = 1.0 / ti.sqrt(first * second)
+        return R
+
+    @ti.func
+    def write_wall(b, k, g, n):
         r, m = radius[g], mass[g]
-        radii = {"r1": r, "r2": 0.0 * r, "R": r, "R_pair": reduced_radius(r, r)}
+        R = on_wall(r, n)
+        radii = {"r1": r, "r2": 0.0 * r, "R": R, "R_pair": reduced_radius(r, r)}
         masses = {"mass": m, "m0": m, "size": r}
         write(b, k, materials * materials + material[g], {**radii, **masses})
 
@@ -224,6 +250,8 @@ def make_write(fields, interfaces, scene, layout):
         table[index, column["r1"], lane] = values.r1
         table[index, column["r2"], lane] = values.r2
         table[index, column["mass"], lane] = values.mass
+        if ti.static("R" in column):
+            table[index, column["R"], lane] = values.R
         for law, keys in ti.static(of_laws):
             # a struct needs a member: the row, for a law without keys
             block = ti.Struct({"row": row, **{name: interfaces[row, n] for name, n in keys}})

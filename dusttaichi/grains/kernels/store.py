@@ -17,6 +17,7 @@ from dusttaichi.compute.backend import SMALL
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.model import ContactModel
 from dusttaichi.physics.forces.model import ForceModel
+from dusttaichi.physics.surfaces.surface_model import SurfaceModel
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
@@ -26,6 +27,7 @@ PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7
 ON_SPHERE, FIRST_SPHERE = 7, 8  # contacts with the sphere, and their first block
 WALL_SECTIONS = 9  # see `wall_sections`
 COUNTS = 10
+PLANES = 6  # walls that are planes: those of curved surfaces stand behind them
 SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
 LOADS = 9  # force on the first body of a contact, torques on both
 
@@ -43,7 +45,7 @@ class Layout:
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     sphere: bool = False  # there is a rigid sphere among the grains
-    tube: bool = False  # there is a tube around the grains, the wall behind the six planes
+    curved: SurfaceModel = SurfaceModel()  # surfaces behind the six planes
     forces: ForceModel = ForceModel()  # from outside
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
@@ -62,7 +64,12 @@ class Layout:
     @property
     def surfaces(self):
         """Number of walls that kernels have places for."""
-        return 6 + self.tube
+        return PLANES + len(self.curved)
+
+    @property
+    def impulses(self):
+        """Numbers of a wall that are summed over time: see SurfaceGatherer.load_of."""
+        return 5 if self.curved else 3
 
     @property
     def geometry(self):

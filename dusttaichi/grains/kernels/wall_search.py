@@ -3,19 +3,21 @@
 from dusttaichi.compute.device_blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks, first_item
-from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.grain_cells import TIME, WALL_REACH
 from dusttaichi.grains.kernels.relist import HistoryRows
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
     OVERFLOW,
+    PLANES,
     WALL_BLOCKS,
     WALL_ROOM,
     WALL_SECTIONS,
 )
-from dusttaichi.physics.surfaces import cylinder, plane
+from dusttaichi.grains.kernels.surface_kinematics import CurvedSurfaces
+from dusttaichi.physics.surfaces import plane
 
+plane_distance = ti.func(plane.distance)
 FAR = 1e9  # distance that keeps an empty lane out of touch [um]
 
 
@@ -29,7 +31,11 @@ class WallLists:
     begin = FIRST_WALL
 
     def __init__(self, fields, scratch, layout, write_constants):
-        self.bodies, self.round = layout.surfaces, layout.tube
+        self.bodies, self.impulses = layout.surfaces, layout.impulses
+        self.curved = None
+        if layout.curved:
+            self.curved = CurvedSurfaces(layout.curved, fields["surfaces"])
+        self.count = len(layout.curved)
         self.width, self.history = layout.width, HistoryRows(fields, layout)
         self.polydisperse, self.numbers = layout.polydisperse, scratch["grid"]
         for name in ("x", "counts", "impulse", "wall_grain", "wall_gap", "wall_of", "wall_slot"):
@@ -54,21 +60,19 @@ class WallLists:
         zero where there is no wall.
         """
         k = n
-        if ti.static(self.round):
-            k = ti.min(n, TUBE - 1)
+        if ti.static(self.count > 0):
+            k = ti.min(n, PLANES - 1)
         normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
         offset = box.offset[k] + box.speed[k] * self.numbers[TIME]
-        return ti.Struct(
-            normal=normal, offset=offset, reach=self.numbers[WALL_REACH + n], number=n,
-            radius=box.tube[0], x=box.tube[1], y=box.tube[2],
-        )  # fmt: skip
+        reach = self.numbers[WALL_REACH + n]
+        return ti.Struct(normal=normal, offset=offset, reach=reach, number=n)
 
     @ti.func
     def is_near(self, g, wall):
-        distance = plane.distance(self.x[g], wall)
-        if ti.static(self.round):
-            if wall.number == TUBE:
-                distance = cylinder.distance(self.x[g], wall)
+        distance = plane_distance(self.x[g], wall)
+        for n in ti.static(range(self.count)):
+            if wall.number == PLANES + n:
+                distance = self.curved.distance(n, self.x[g], self.numbers[TIME])
         if ti.static(self.polydisperse):
             distance -= self.radius[g]
         return distance < wall.reach
@@ -134,7 +138,7 @@ class WallLists:
     def begin_block(self, c, n):
         """Block c of the contacts with walls is of wall n; its impulses before have been summed."""
         self.wall_of[c] = n
-        for a in ti.static(range(3)):
+        for a in ti.static(range(self.impulses)):
             self.impulse[c, a] = 0.0
 
     @ti.func
@@ -152,7 +156,7 @@ class WallLists:
         if ti.static(on_device()):
             self.begin_block(c, n)
         if ti.static(self.polydisperse):
-            self.write_constants(b, k, g)
+            self.write_constants(b, k, g, n)
 
 
 @ti.data_oriented
@@ -164,18 +168,21 @@ class WallSums:
 
     def __init__(self, fields):
         self.counts, self.of, self.load = fields["counts"], fields["wall_of"], fields["load"]
-        self.impulse, self.sums = fields["impulse"], BlockSums(6)
+        self.impulse, self.columns = fields["impulse"], fields["impulse"].shape[1]
+        self.sums = BlockSums(3 + self.columns)
 
     @ti.func
     def of_wall(self, wall, thread):
         """Number `thread` of the force and the impulse; all threads of the block must call it."""
-        sums, blocks = ti.Vector.zero(ti.f64, 6), self.counts[WALL_BLOCKS]
+        sums = ti.Vector.zero(ti.f64, ti.static(3 + self.columns))
+        blocks = self.counts[WALL_BLOCKS]
         for n in range(count_blocks(blocks, THREADS)):
             c = n * THREADS + thread
             if c < blocks:
                 if self.of[c] == wall:
                     for a in ti.static(range(3)):
                         sums[a] += ti.cast(self.load[self.counts[FIRST_WALL] + c, a, 0], ti.f64)
+                    for a in ti.static(range(self.columns)):
                         sums[3 + a] += self.impulse[c, a]
         return self.sums.total(sums, thread)
 
@@ -198,14 +205,14 @@ def make_fold(fields):
             ti.loop_config(block_dim=THREADS)
             for thread in range(ti.static(impulse_total.shape[0]) * THREADS):
                 total = sums.of_wall(thread // THREADS, thread % THREADS)
-                for component in ti.static(range(3)):
+                for component in ti.static(range(sums.columns)):
                     if thread % THREADS == 3 + component:
                         add(thread // THREADS, component, total)
         else:
             ti.loop_config(serialize=True)
             for _ in range(1):
                 for contact in range(counts[WALL_BLOCKS]):
-                    for component in ti.static(range(3)):
+                    for component in ti.static(range(sums.columns)):
                         add(wall_of[contact], component, impulse[contact, component])
 
     return fold

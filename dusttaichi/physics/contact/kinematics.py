@@ -135,17 +135,13 @@ def wall_motion(Motion: ti.template(), overlap, normal, dv, w1, dt):
 
 
 @ti.func
-def surface_motion(Motion: ti.template(), overlap, normal, dv, across, bend, w1, dt):
-    """Motion of a grain against a curved wall whose normal turns by `bend` times the way.
+def surface_motion(Motion: ti.template(), overlap, normal, turned, speed, dv, spin_1, spin_2, dt):
+    """Motion of a grain against a curved surface that may turn.
 
-    across: dv without the directions in which the wall is straight. With bend = 0 it is that
-    against a plane. `speed` is the rate of the distance as in pair_motion, of a distance from the
-    axis of 1/bend less the way.
+    turned: change of its normal over the last step; speed: rate of the distance half a step ago;
+    dv: velocity of the grain relative to the point of the surface that it touches. What the turn of
+    the surface moves of that point is in dv: the second body has no lever.
     """
-    slope = dv.dot(normal) + 0.5 * dt * bend * across.dot(across)
-    speed = slope * (1.0 - 0.5 * dt * slope * bend)
-    farther = -speed * dt * bend
-    turned = (normal * speed - across) * (dt * bend * (1.0 + farther * (1.0 + farther)))
     return Motion(
         overlap=overlap,
         normal=normal,
@@ -155,8 +151,10 @@ def surface_motion(Motion: ti.template(), overlap, normal, dv, across, bend, w1,
         speed_now=dv.dot(normal),
         speed_before=dv.dot(normal - turned),
         velocity=dv,
-        spin_1=w1,
-        rotation_1=w1 * dt,
+        spin_1=spin_1,
+        spin_2=spin_2,
+        rotation_1=spin_1 * dt,
+        rotation_2=spin_2 * dt,
         slip=dv * dt,
     )
 

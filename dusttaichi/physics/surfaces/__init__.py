@@ -1,8 +1,15 @@
-"""Surfaces that grains touch as they touch a wall, one a file.
+"""Surfaces that grains touch as they touch a wall, one a file (registered in `scene.surfaces`).
 
-A surface has the functions `distance(x, s)` of a point from it, `normal(x, s)` there, into the
-room, and `bend(x, s)`: the angle by which the normal turns over a length of the way `across(v)` of
-a point, which leaves out the directions in which the surface is straight. s: its numbers. Points
-are vectors of kernels, or arrays (3, n). Contacts take the surface for its tangent plane: their
-constants are those of a flat wall, and their displacements follow the normal as it turns.
+A surface is plain Python, which kernels compile and NumPy evaluates: arithmetic, `abs` and `**`
+alone. x: three components of a point, numbers or arrays; s: the numbers of the surface by name. It
+has
+
+- ``NUMBERS``: name -> Number, its constants, and ``numbers(block)``: their values in SI;
+- ``distance(x, s)`` of a point, positive on the side of the grains, which the search and the
+  overlaps are computed from;
+- ``normal(x, s)``: the three components of the unit normal there, towards the grains.
+
+It may have ``curvatures(s)``: the two principal curvatures [1/m], positive where the surface bends
+around the grains; without it the constants of its contacts are those of a flat wall. A number
+`centre` is the point that the surface turns about.
 """

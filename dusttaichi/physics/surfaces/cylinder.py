@@ -1,31 +1,41 @@
-"""An upright cylinder around the grains: a tube. s: its radius, and x and y of its axis."""
+"""A cylinder of any direction, around the grains (side 1) or among them (side -1)."""
 
-from dusttaichi.compute.engine import ti
+from dusttaichi.physics.forces.force_numbers import Number
 
+NUMBERS = {
+    "radius": Number("m"),
+    "centre": Number("m", 3),
+    "axis": Number("1", 3),
+    "side": Number("1"),
+}
 LEAST = 1e-18
 """Square of the distance from the axis [um^2] that keeps the normal there a number."""
 
 
-@ti.pyfunc
-def from_axis(x, s):
-    """Distance of a point from the axis."""
-    return ((x[0] - s.x) * (x[0] - s.x) + (x[1] - s.y) * (x[1] - s.y) + LEAST) ** 0.5
+def numbers(block):
+    """Constants of the block; the axis is a unit vector."""
+    size = sum(a * a for a in block.axis) ** 0.5
+    axis = [a / size for a in block.axis]
+    return {"radius": block.radius, "centre": block.centre, "axis": axis, "side": block.side}
 
 
-@ti.pyfunc
 def distance(x, s):
-    """Distance of a point from the wall, positive inside."""
-    return s.radius - from_axis(x, s)
+    """Distance of a point from the surface."""
+    a, b, c = x[0] - s.centre[0], x[1] - s.centre[1], x[2] - s.centre[2]
+    along = a * s.axis[0] + b * s.axis[1] + c * s.axis[2]
+    a, b, c = a - along * s.axis[0], b - along * s.axis[1], c - along * s.axis[2]
+    return s.side * (s.radius - (a * a + b * b + c * c + LEAST) ** 0.5)
 
 
-@ti.pyfunc
 def normal(x, s):
-    """Components of the unit normal at a point, towards the axis."""
-    rho = from_axis(x, s)
-    return (s.x - x[0]) / rho, (s.y - x[1]) / rho, 0.0 * rho
+    """Towards the axis from inside, away from it from outside."""
+    a, b, c = x[0] - s.centre[0], x[1] - s.centre[1], x[2] - s.centre[2]
+    along = a * s.axis[0] + b * s.axis[1] + c * s.axis[2]
+    a, b, c = a - along * s.axis[0], b - along * s.axis[1], c - along * s.axis[2]
+    scale = -s.side / (a * a + b * b + c * c + LEAST) ** 0.5
+    return scale * a, scale * b, scale * c
 
 
-@ti.pyfunc
-def bend(x, s):
-    """Angle by which the normal turns over the way of a point around the axis."""
-    return 1.0 / from_axis(x, s)
+def curvatures(s):
+    """One over the radius around the axis, none along it."""
+    return s.side / s.radius, 0.0
