@@ -42,6 +42,7 @@ FEATURES = {
     "stiffness": "with stages of different `stiffness_scaling`",
     "push": "with pushes",
     "gravity": "with gravity",
+    "surfaces": "with `surfaces` or a tube",
     "outside": "with `forces`",
     "sphere": "with a sphere",
     "pair": "of two bodies that fly at each other in open space",
