@@ -1,6 +1,6 @@
-"""A surface of your own: a funnel, z sin(a) = rho cos(a), that opens upwards with a half angle a."""
+"""A surface of your own: a funnel that opens upwards with a half angle a, z sin a = rho cos a."""
 
-from math import cos, radians, sin
+from math import cos, sin
 from typing import Annotated, Literal
 
 from pydantic import Field
