@@ -104,7 +104,7 @@ def first_touch(
     targets: NDArray[np.float64],
     projectiles: NDArray[np.float64],
     distance: float,
-    radii: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    radii: tuple[NDArray[Any], ...] | None = None,
 ) -> np.ndarray:
     """Length of flight along -z until each projectile touches its target, (C,) [m]; inf: never.
 
