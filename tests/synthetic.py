@@ -47,7 +47,7 @@ def writer(
     return Writer.create(
         path,
         select_variables(VARIABLES.values(), features, requested),
-        {"grain": grains, "bin": bins, "body": 2},
+        {"grain": grains, "bin": bins, "body": 2, "surface": 1},
         coords,
         attributes | {"grains": grains} | dict(attrs),
         **options,

@@ -69,7 +69,7 @@ READERS = {
     "resume": lambda run: Writer.resume(run / "result.nc", {}),
     "resume_without_checkpoint": lambda run: opening._refuse_finished(run / "result.nc"),
     "sample": lambda run: read(run, Source("sample.file", [])),
-    "point_of_a_sweep": lambda run: points.Point("p", None, run, {})._status(False),
+    "point_of_a_sweep": lambda run: points.Point("p", None, run, {})._read_status(False),
 }
 
 

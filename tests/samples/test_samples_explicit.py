@@ -376,7 +376,11 @@ def test_keys_of_another_run_need_one(tmp_path, pressed_result):
     with netCDF4.Dataset(file, "a") as data:
         data.delncattr(DIGEST)
         data["wall_contacts"]["wall"][-1] = 7
-    with pytest.raises(DustError, match="names wall 7; allowed: 0 to 6"):
+    remarks = make(onward(file, keep=["walls"])).info["remarks"]
+    assert any("its 1 contacts with surface 1: no such walls here" in text for text in remarks)
+    with netCDF4.Dataset(file, "a") as data:
+        data["wall_contacts"]["wall"][-1] = -1
+    with pytest.raises(DustError, match="names wall -1; allowed: 0 or more"):
         make(onward(file, keep=["walls"]))
 
 
