@@ -289,9 +289,34 @@ def bouncing_threshold():
     return figure
 
 
+@style.apply_style
+def speed():
+    """Time per contact and step on one thread against the number of grains, beside LAMMPS."""
+    table = read("pages/speed_lammps.csv")
+    grains = table.grains.astype(float)
+    figure, (axes,) = style.create_figure()
+    columns = ("dusttaichi", "1 thread: ns per contact"), ("LAMMPS", "LAMMPS: ns per contact")
+    for number, (code, column) in enumerate(columns):
+        for dash, (phi, rows) in zip(
+            ("-", style.DASHED, style.DOTTED),
+            table.groupby(table["φ"].replace(0.54, 0.55)),  # as near as a wall comes
+            strict=True,
+        ):
+            look = style.line_look(style.run_style(number)["color"], 1.4, dash)
+            label = rf"{code}, $\phi$ = {phi:.2g}"
+            axes.plot(grains[rows.index], rows[column], marker="o", ms=4, label=label, **look)
+    axes.set(
+        xscale="log", yscale="log", xlabel="grains", ylabel="ns per contact and step, 1 thread"
+    )
+    style.set_few_ticks(axes.yaxis)
+    style.draw_legend(axes, ncols=2)
+    return figure
+
+
 DRAWN = {
     **{f"trade_{scene}": partial(trade, scene) for scene in TRADES},
     "softening": softening,
+    "speed": speed,
     "extremes": extremes,
     "cake": draw_cake,
     "contact": draw_contact,
