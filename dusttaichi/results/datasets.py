@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.indexes import PandasIndex
 
 # attributes of variables that mean to xarray what they mean here; `coordinates` lists coordinates
 _PLAIN = {"units", "long_name", "comment", "contact_history", "sample_dimension", "coordinates",
@@ -68,7 +69,7 @@ def _make_dataset(
         if variable.dims == (name,) and name not in indexes:
             values = variable.values
             labels = pd.Index(values, dtype=object if values.dtype.kind == "U" else values.dtype)
-            indexes[name] = xr.indexes.PandasIndex(labels, name, coord_dtype=values.dtype)
+            indexes[name] = PandasIndex(labels, name, coord_dtype=values.dtype)
     for name, index in indexes.items():
         coords |= index.create_variables({name: coords[name]})
     data = {name: variable for name, variable in variables.items() if name not in coords}
