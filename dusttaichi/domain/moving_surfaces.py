@@ -110,12 +110,6 @@ class Surfaces:
         moving = np.linalg.norm(self.table[:, column : column + 3], axis=1)
         return float(np.max(moving + np.abs(self.rates).sum(axis=1), initial=0.0))
 
-    @property
-    def moves(self) -> bool:
-        """True where a surface moves or turns."""
-        column = self.model.motion + VELOCITY
-        return bool(self.table[:, column : column + 6].any() or self.rates.any())
-
     def tube_radius(self, time: float) -> float:
         """Radius of the tube at a time."""
         if self.tube is None:

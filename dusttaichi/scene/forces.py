@@ -24,7 +24,7 @@ The position does not jump where a particle crosses a periodic face; `conflicts`
 refuses scenes that a force cannot be for.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib import import_module
 from math import inf
 from types import SimpleNamespace
@@ -209,4 +209,3 @@ register(ScriptForce, f"{_LAWS}.script")
 register(GasDrag, f"{_LAWS}.drag")
 
 AnyForce = Annotated[Force, AnyOf(FORCES)]
-Register = Callable[[type[Force], Any], None]

@@ -5,7 +5,6 @@ A surface is a block, which declares its keys, and a law: a module (or any objec
 with a `spin`, which must leave their shape where it is.
 """
 
-from collections.abc import Callable
 from importlib import import_module
 from typing import Annotated, Any, Literal
 
@@ -148,4 +147,3 @@ register(SphericalSurface, f"{_LAWS}.sphere")
 register(Cylinder, f"{_LAWS}.cylinder")
 
 AnySurface = Annotated[Surface, AnyOf(SURFACES)]
-Register = Callable[[type[Surface], Any], None]
