@@ -290,7 +290,7 @@ def bouncing_threshold():
 
 
 @style.apply_style
-def speed():
+def draw_speed():
     """Time per contact and step on one thread against the number of grains, beside LAMMPS."""
     table = read("pages/speed_lammps.csv")
     grains = table.grains.astype(float)
@@ -316,7 +316,7 @@ def speed():
 DRAWN = {
     **{f"trade_{scene}": partial(trade, scene) for scene in TRADES},
     "softening": softening,
-    "speed": speed,
+    "speed": draw_speed,
     "extremes": extremes,
     "cake": draw_cake,
     "contact": draw_contact,

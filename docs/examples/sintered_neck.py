@@ -46,7 +46,7 @@ class SinteredNeck:
     }
     HISTORY = {
         "neck": History("1", "1 where a neck is whole, -1 where there is none", 1, "neck"),
-        "neck_rest": History("m", "overlap when it was made", 1, "neck_rest"),
+        "neck_rest": History("m", "overlap when it was new_neck", 1, "neck_rest"),
         "neck_phi": History("rad", "twist of the neck", 1, "neck_twist"),
         "neck_xi": History("m", "bending, as a rolling displacement", 3, "neck_bending"),
         "neck_zeta": History("m", "shear", 3, "neck_shear", odd=True),
@@ -76,7 +76,7 @@ class SinteredNeck:
 
     @staticmethod
     @ti.func
-    def stored(k: ti.template(), h: ti.template(), p):
+    def elastic_energy(k: ti.template(), h: ti.template(), p):
         """Energy of a whole neck."""
         d = k.overlap - h.neck_rest
         sheared = 0.5 * p.neck_shear * h.neck_zeta.dot(h.neck_zeta)
@@ -88,31 +88,31 @@ class SinteredNeck:
     @ti.func
     def update(k: ti.template(), h: ti.template(), p, dt):
         # contacts of the start have necks, but for those that a sample brings along without
-        made = ti.select(dt > 0.0, 0.0, 1.0 - h.neck * h.neck)
-        before = made * k.now + ti.max(h.neck, 0.0)
-        h.neck_rest = made * k.overlap + (1.0 - made) * h.neck_rest
-        h.neck_xi = before * across(h.neck_xi + k.rolling_rate * dt, k.normal)
-        h.neck_zeta = before * across(h.neck_zeta + k.sliding_rate * dt, k.normal)
-        h.neck_phi = before * (h.neck_phi + (k.rotation_1 - k.rotation_2).dot(k.middle))
+        new_neck = ti.select(dt > 0.0, 0.0, 1.0 - h.neck * h.neck)
+        intact_before = new_neck * k.now + ti.max(h.neck, 0.0)
+        h.neck_rest = new_neck * k.overlap + (1.0 - new_neck) * h.neck_rest
+        h.neck_xi = intact_before * across(h.neck_xi + k.rolling_rate * dt, k.normal)
+        h.neck_zeta = intact_before * across(h.neck_zeta + k.sliding_rate * dt, k.normal)
+        h.neck_phi = intact_before * (h.neck_phi + (k.rotation_1 - k.rotation_2).dot(k.middle))
         bending = p.neck_bend * ti.sqrt(h.neck_xi.dot(h.neck_xi))
         tension = p.neck_stretch * (h.neck_rest - k.overlap) + p.neck_lever * bending
-        whole = ti.select(tension > p.neck_force, 0.0, before) * k.now
-        h.neck = 2.0 * whole - 1.0
-        return (before - whole) * SinteredNeck.stored(k, h, p)
+        intact = ti.select(tension > p.neck_force, 0.0, intact_before) * k.now
+        h.neck = 2.0 * intact - 1.0
+        return (intact_before - intact) * SinteredNeck.elastic_energy(k, h, p)
 
     @staticmethod
     @ti.func
     def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
-        whole = ti.max(h.neck, 0.0)
-        shear = h.neck_zeta * (-p.neck_shear * whole)
-        couple = (h.neck_xi * (p.R * p.neck_bend * whole)).cross(k.normal)
-        couple += k.normal * (p.neck_twist * h.neck_phi * whole)
+        intact = ti.max(h.neck, 0.0)
+        shear = h.neck_zeta * (-p.neck_shear * intact)
+        couple = (h.neck_xi * (p.R * p.neck_bend * intact)).cross(k.normal)
+        couple += k.normal * (p.neck_twist * h.neck_phi * intact)
         turn = k.normal.cross(shear) * (1.0 - k.overlap * p.inv_sum)
-        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * whole
+        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * intact
         load.force += shear
         load.torque_1 -= couple + turn * p.r1
         load.torque_2 += couple - turn * p.r2
-        return whole * SinteredNeck.stored(k, h, p)
+        return intact * SinteredNeck.elastic_energy(k, h, p)
 
 
 register("effects", "neck", SinteredNeck, Neck)
