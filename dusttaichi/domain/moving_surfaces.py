@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from dusttaichi.physics.surfaces.surface_model import (
     CURVATURE,
     SHIFT,
-    SPIN,
     STEP,
     STRENGTH,
     VELOCITY,
@@ -70,21 +69,6 @@ class Surfaces:
         law = self.model.laws[n]
         normal = law.normal(self._local(n, x, time), self.numbers(n, time))
         return np.stack([a + np.zeros(len(x)) for a in normal], axis=1)
-
-    def velocities(self, n: int, x: NDArray[np.float64], time: float) -> NDArray[np.float64]:
-        """Velocities of the points of surface n that are nearest to points (m, 3)."""
-        law, dt = self.model.laws[n], float(self._motion(n, STEP, 1)[0])
-        local, now = self._local(n, x, time), self.numbers(n, time)
-        before, normal = self.numbers(n, time - dt), self.normals(n, x, time)
-        away = law.distance(local, now) + np.zeros(len(x))
-        opening = (law.distance(local, before) - away) / dt
-        foot = local.T - normal * away[:, None] - getattr(now, "centre", np.zeros(3))
-        turning = np.cross(self.spin(n), foot)
-        return np.asarray(self._motion(n, VELOCITY) + turning + normal * opening[:, None])
-
-    def spin(self, n: int) -> NDArray[np.float64]:
-        """Angular velocity of surface n, (3,)."""
-        return self._motion(n, SPIN)
 
     def strengths(self) -> NDArray[np.float64]:
         """Factors on rolling, sliding and twisting, (S,)."""

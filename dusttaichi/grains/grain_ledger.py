@@ -169,7 +169,7 @@ class Ledger:
         if self._environment.domain.surfaces is None:
             return 0.0
         # as in wall_work
-        ends = self.sums.surface_power - loads.surface_power()
+        ends = self.sums.surface_power - self._kernel_sums.surface_power()
         return float(loads.surface_impulses()[:, 4].sum() + 0.5 * self._environment.dt * ends)
 
     def face_power(self):
@@ -220,8 +220,7 @@ class Ledger:
             self.outside_at_start = outside.sum_energies(*self._kicks_of_sphere())
         loads = self._kernel_sums.read_loads()
         sums.wall_force = loads.wall_force()
-        if self._environment.domain.surfaces is not None:
-            sums.surface_power = loads.surface_power()
+        sums.surface_power = self._kernel_sums.surface_power()
         if self._sphere is not None:
             sums.sphere_force = self._sphere.load()[0]
         sums.pending = [[0.0] * len(self._state.layout.channels)] * 3

@@ -194,7 +194,7 @@ def _wall_rows(engine):
         rows.append((f"normal force on the wall {WALLS[n]}", text))
     total = on_walls.sum(axis=0)
     if engine.domain.surfaces is not None:
-        on_surfaces = -loads.surface_loads()
+        on_surfaces = -engine.kernel_sums.surface_loads()
         total = total + on_surfaces[:, :3].sum(axis=0)
         for name, pressing in zip(engine.domain.surfaces.names, on_surfaces[:, 3], strict=True):
             text = "none" if pressing == 0.0 else f"{_force(abs(pressing))}, {_sense(pressing)}"

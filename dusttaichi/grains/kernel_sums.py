@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.measure import Columns
-from dusttaichi.grains.kernels.store import ON_SPHERE
+from dusttaichi.grains.kernels.store import ON_SPHERE, PLANES
 from dusttaichi.grains.load_sums import DeviceLoadSums, LoadSums
 
 
@@ -59,6 +59,22 @@ class KernelSums:
         self._kernels.measure_sphere(*self._environment.moment)
         load = self.tables["sphere_load"].to_numpy()
         return load[:3], load[3:]
+
+    def surface_loads(self):
+        """Loads of each surface on the grains now, (S, 5), as SurfaceGatherer.load_of has them.
+
+        Force [nN], its component along the normals, power [fJ/us].
+        """
+        layout, blocks = self._state.layout, self._state.wall_blocks
+        self._kernels.measure_surfaces(*self._environment.moment)
+        out = np.zeros((layout.surfaces, layout.impulses))
+        wall_of_block = self._state.fields["wall_of"].to_numpy(blocks)
+        np.add.at(out, wall_of_block, self.tables["surface_load"].to_numpy(blocks))
+        return out[PLANES:]
+
+    def surface_power(self):
+        """Power of all surfaces now [fJ/us]; 0 without any."""
+        return float(self.surface_loads()[:, 4].sum()) if self._state.layout.curved else 0.0
 
     def read_loads(self):
         """The LoadSums now."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
-from dusttaichi.grains.kernels.store import FIRST_WALL, LOADS, PLANES
+from dusttaichi.grains.kernels.store import FIRST_WALL, PLANES
 
 
 class LoadSums:
@@ -15,53 +15,24 @@ class LoadSums:
 
     def __init__(self, state, environment, unit_mass):
         self.state, self.fields, self.layout = state, state.fields, state.layout
-        self.domain, self.time = environment.domain, environment.time
         self.box, self.unit_mass = environment.box, unit_mass
 
     def wall_force(self):
         """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
         if self.box is None:
             return np.zeros((6, 3))
-        lanes, load = self._read_walls()
+        lanes, first = self.state.wall_lanes(), int(self.state["counts"][FIRST_WALL])
+        blocks = first, first + self.state.wall_blocks
+        load = self.fields["load"].copy_rows(*blocks, slice(0, 3))
         along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6)[:6] for n in range(3))
         return np.stack(list(along), axis=1)
-
-    def surface_loads(self):
-        """Loads of each surface on the grains now, (S, 5), as SurfaceGatherer.load_of has them.
-
-        Force [nN], its component along the normals, power [fJ/us].
-        """
-        lanes, load = self._read_walls()
-        loads, domain = np.moveaxis(load, 1, 2).reshape(-1, 9).astype(float), self.domain
-        out = np.zeros((len(domain.surfaces), 5))
-        for n in range(len(out)):
-            rows = (lanes.wall == PLANES + n) & (lanes.grain < self.state.grains)
-            x, (force, torque) = (
-                self.state["x"][lanes.grain[rows]],
-                (loads[rows, :3], loads[rows, 6:]),
-            )
-            pressing = np.sum(force * domain.surfaces.normals(n, x, self.time), axis=1)
-            power = np.sum(force * domain.surfaces.velocities(n, x, self.time), axis=1)
-            power -= torque @ domain.surfaces.spin(n)
-            out[n] = np.column_stack([force, pressing, power]).sum(axis=0)
-        return out
-
-    def surface_power(self):
-        """Power of all surfaces now [fJ/us]."""
-        return float(self.surface_loads()[:, 4].sum())
-
-    def _read_walls(self):
-        """The lanes of the contacts with walls, and the forces in their blocks."""
-        first = int(self.state["counts"][FIRST_WALL])
-        blocks = first, first + self.state.wall_blocks
-        return self.state.wall_lanes(), self.fields["load"].copy_rows(*blocks, slice(0, LOADS))
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
         return np.zeros((6, 3)) if self.box is None else self._sum_impulses()[:PLANES, :3]
 
     def surface_impulses(self):
-        """Time integral of `surface_loads` since the start, (S, 5)."""
+        """Time integral of KernelSums.surface_loads since the start, (S, 5)."""
         return self._sum_impulses()[PLANES:]
 
     def _sum_impulses(self):

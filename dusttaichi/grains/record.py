@@ -144,7 +144,7 @@ class GrainRecorder:
     def _average_surfaces(self, window):
         """Means of the loads of the surfaces, and of a tube over its area."""
         if window is None:
-            loads = self._kernel_sums.read_loads().surface_loads()
+            loads = self._kernel_sums.surface_loads()
         else:
             loads = window.mean("surface_impulse")
         record = {"surface_force": loads[:, :3], "surface_pressing": loads[:, 3]}

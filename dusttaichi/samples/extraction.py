@@ -204,7 +204,10 @@ def drop_missing_walls(scene: AnyScene, sample: Sample) -> Sample:
     if is_present.all():
         return sample
     gone = ", ".join(_name_wall(n) for n in np.unique(wall[~is_present]))
-    text = f"sample: its {np.count_nonzero(~is_present)} contacts with {gone}: no such walls here"
+    dropped = np.count_nonzero(~is_present)
+    noun = "1 contact" if dropped == 1 else f"{dropped:,} contacts"
+    verb = "is" if dropped == 1 else "are"
+    text = f"sample: {noun} with {gone} {verb} dropped: no such walls here"
     rows = {name: values[is_present] for name, values in sample.wall_contacts.items()}
     info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
     return replace(sample, wall_contacts=rows, info=info)

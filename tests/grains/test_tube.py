@@ -84,7 +84,7 @@ def test_weight_and_pressure_on_the_tube():
     weight = MASS * across
     carried = [weight, 0.0, MASS * along, weight, 0.0]  # force, pressing, power
     assert force == pytest.approx(carried, abs=0.02 * weight)
-    now = sim.kernel_sums.read_loads().surface_loads()[0] * 1e-9
+    now = sim.kernel_sums.surface_loads()[0] * 1e-9
     assert now == pytest.approx(force, abs=0.2 * weight)
 
 

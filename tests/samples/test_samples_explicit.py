@@ -299,7 +299,7 @@ def test_what_is_left_behind_is_said(pressed_result, tmp_path):
     np.testing.assert_allclose(sim.domain.box.planes(0.0), room, rtol=1e-12)
     open_top = {"kind": "box", "omit": ["top"]}
     sample = make(onward(pressed_result, open_top, snapshot=2, keep=["walls"]))
-    assert sample.info["remarks"][-1].endswith("contacts with top: no such walls here")
+    assert sample.info["remarks"][-1].endswith("contacts with top are dropped: no such walls here")
     assert not (sample.wall_contacts["wall"] == TOP).any()
     assert (sample.wall_contacts["wall"] == BOTTOM).any()
 
@@ -377,7 +377,7 @@ def test_keys_of_another_run_need_one(tmp_path, pressed_result):
         data.delncattr(DIGEST)
         data["wall_contacts"]["wall"][-1] = 7
     remarks = make(onward(file, keep=["walls"])).info["remarks"]
-    assert any("its 1 contacts with surface 1: no such walls here" in text for text in remarks)
+    assert any("surface 1 is dropped: no such walls here" in text for text in remarks)
     with netCDF4.Dataset(file, "a") as data:
         data["wall_contacts"]["wall"][-1] = -1
     with pytest.raises(DustError, match="names wall -1; allowed: 0 or more"):

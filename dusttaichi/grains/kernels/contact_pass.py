@@ -230,9 +230,7 @@ class ContactPass:
     def add_surface_impulse(self, block, dt, place):
         """`add_impulse` where there are surfaces: with their pressing and their power."""
         index, wall_block = block & self.mask, self.gatherer.wall_block(block)
-        total = ti.Vector.zero(ti.f64, self.impulses)
-        for lane in range(self.width):
-            total += self.gatherer.load_of(index, lane, place)
+        total = self.gatherer.load_of_block(index, place)
         for a in ti.static(range(self.impulses)):
             self.impulse[wall_block, a] = self.impulse[wall_block, a] + dt * total[a]
 

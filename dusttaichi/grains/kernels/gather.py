@@ -282,3 +282,11 @@ class SurfaceGatherer(WallGatherer):
                 pressing = force.dot(touch.normal)
                 power = force.dot(touch.velocity) - torque.dot(touch.spin)
         return ti.Vector([force[0], force[1], force[2], pressing, power])
+
+    @ti.func
+    def load_of_block(self, block, boundary):
+        """Sum of `load_of` over the lanes of a block."""
+        total = ti.Vector.zero(ti.f64, 5)
+        for lane in range(self.width):
+            total += self.load_of(block, lane, boundary)
+        return total

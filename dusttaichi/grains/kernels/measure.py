@@ -48,6 +48,8 @@ def place_measure(grains, layout, walls):
     }
     if walls:
         sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, columns))
+    if layout.curved:
+        sums["surface_load"] = ti.field(ti.f64, shape=(wall_blocks, layout.impulses))
     if layout.sphere:
         tiles = sphere_capacity(grains, layout) // layout.tile
         sums["sphere_sum"] = ti.field(ti.f64, shape=(tiles, columns))
@@ -129,13 +131,15 @@ def make_measure(fields, sums, layout, phases):
 
     measure_grains(mass, inertia, kick, turn): where grains have masses of their own
     (layout.polydisperse) mass and inertia are units of them. measure_pairs, measure_walls and
-    measure_sphere(step, dt, box): the last one with the load on the sphere. evaluate_forces: see
-    make_evaluate_forces.
+    measure_sphere(step, dt, box): the last one with the load on the sphere. measure_surfaces(step,
+    dt, box): loads of surfaces by blocks. evaluate_forces: see make_evaluate_forces.
     """
     out = {"measure_grains": make_measure_grains(fields, sums, layout)}
     out["measure_pairs"] = make_measure_contacts(phases.pairs, layout, sums["pair_sum"])
     if phases.walls is not None:
         out["measure_walls"] = make_measure_contacts(phases.walls, layout, sums["wall_sum"])
+    if layout.curved:
+        out["measure_surfaces"] = make_measure_surfaces(phases.walls, sums["surface_load"])
     if phases.on_sphere is not None:
         loads = make_sphere_load(phases.sphere, sums)
         on_sphere = make_measure_contacts(phases.on_sphere, layout, sums["sphere_sum"], loads)
@@ -259,6 +263,22 @@ def make_measure_contacts(contacts, layout, table, loads=None):
             loads()
 
     return measure_contacts
+
+
+def make_measure_surfaces(contacts, table):
+    """Kernel of the loads of surfaces on the grains now: a row of `table` for each wall block."""
+    gatherer, components = contacts.gatherer, table.shape[1]
+
+    @ti.kernel
+    def measure_surfaces(step: ti.i64, dt: ti.f64, box: Walls):
+        for number in range(contacts.blocks()):
+            block = contacts.first() + number
+            boundary = gatherer.place_at_step(block, step, dt, box)
+            total = gatherer.load_of_block(block & contacts.mask, boundary)
+            for component in ti.static(range(components)):
+                table[number, component] = total[component]
+
+    return measure_surfaces
 
 
 def make_sphere_load(sphere, sums):
