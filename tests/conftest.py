@@ -82,21 +82,21 @@ def _note_structures():
     """Note each structure that a process compiles, or loads from the cache, for a test."""
     from dusttaichi.compute.compiled import Structures  # imports Taichi
 
-    of = Structures.of
+    get_structure = Structures.get
 
-    def noted(self, key, scene, threads, compile_for):
-        def compiled(key):
-            out = compile_for(key)
-            effects = getattr(getattr(out.layout, "model", None), "effects", ())
+    def get_noted(self, key, scene, threads, compile_for):
+        def compile_noted(key):
+            compiled = compile_for(key)
+            effects = getattr(getattr(compiled.layout, "model", None), "effects", ())
             laws = [getattr(law, "law", None) for _, law in effects]  # of damping
             text = re.sub(r" at 0x\w+", "", repr((key, laws)))
             short = hashlib.sha256(text.encode()).hexdigest()[:4]
             _compiled[os.environ.get("PYTEST_CURRENT_TEST")].append(short)
-            return out
+            return compiled
 
-        return of(self, key, scene, threads, compiled)
+        return get_structure(self, key, scene, threads, compile_noted)
 
-    Structures.of = noted
+    Structures.get = get_noted
 
 
 @pytest.hookimpl(hookwrapper=True)

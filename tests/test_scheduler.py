@@ -1,9 +1,13 @@
-"""The processes of the suite: one that crashes is replaced, and no other test is lost."""
+"""The processes of the suite: one that crashes is replaced, no test is lost; what they note."""
 
+from collections import defaultdict
 from types import SimpleNamespace
 
+import conftest
 import pytest
 from scheduler import Files
+
+from dusttaichi.compute.compiled import STRUCTURES, Structures
 
 TESTS = [f"{file}.py::test_{n}" for file, n in zip("aaabccd", "0120010", strict=True)]
 
@@ -68,3 +72,14 @@ def test_files_that_belong_together_go_to_one_process():
     ran, _ = _run(())
     assert len({process for test, process in ran if test[0] in "ac"}) == 1
     assert len({process for _, process in ran}) == 2
+
+
+def test_structures_are_noted(monkeypatch):
+    """`pytest --structures` lists what was compiled: it wraps a method of the package."""
+    compiled = SimpleNamespace(layout=None)
+    monkeypatch.setattr(Structures, "get", lambda self, key, scene, threads, make: make(key))
+    monkeypatch.setattr(conftest, "_compiled", defaultdict(list))
+    conftest._note_structures()
+    assert STRUCTURES.get("key", None, 1, lambda key: compiled) is compiled
+    ((test, names),) = conftest._compiled.items()
+    assert "test_structures_are_noted" in test and len(names) == 1

@@ -77,8 +77,9 @@ def _list_members(annotation: Any) -> list[type[Keys]]:
     for mark in getattr(annotation, "__metadata__", ()):  # of an entry of a list
         if hasattr(mark, "blocks"):
             return list(mark.blocks)
-    if isinstance(annotation, type) and issubclass(annotation, Keys):
-        return [annotation]
+    # in Python 3.10 `tuple[float, ...]` is an instance of type
+    if typing.get_origin(annotation) is None and isinstance(annotation, type):
+        return [annotation] if issubclass(annotation, Keys) else []
     return [block for argument in typing.get_args(annotation) for block in _list_members(argument)]
 
 
