@@ -71,11 +71,11 @@ class Brilliantov:
 
     @staticmethod
     @ti.pyfunc
-    def coefficient(k, p):
+    def coefficient(motion, constants):
         # dF/d(a/a0) = 3 s^4 - 3/2 s, nothing where negative
-        s = k.contact_radius**0.5
+        s = motion.contact_radius**0.5
         steep = 3.0 * s * s * s * s - 1.5 * s
-        return p.kappa * 0.5 * (steep + abs(steep)) * rise(k.contact_radius)
+        return constants.kappa * 0.5 * (steep + abs(steep)) * rise(motion.contact_radius)
 
 
 class CrackTipLaw:
@@ -95,10 +95,10 @@ class CrackTipLaw:
 
     @staticmethod
     @ti.pyfunc
-    def coefficient(k, p):
-        steep = rise(k.contact_radius)
-        crack = p.kappa_crack * k.contact_radius * steep * steep
-        return viscoelastic.coefficient(k, p) + crack
+    def coefficient(motion, constants):
+        steep = rise(motion.contact_radius)
+        crack = constants.kappa_crack * motion.contact_radius * steep * steep
+        return viscoelastic.coefficient(motion, constants) + crack
 
 
 register("damping", "brilliantov", Brilliantov, CrossTerm)

@@ -39,12 +39,12 @@ class Hertz:
         """The elastic response of a Motion; there is nothing to iterate."""
 
         @ti.func
-        def respond(k: ti.template(), p):
-            deep = ti.max(k.overlap, 0.0)
+        def respond(motion: ti.template(), constants):
+            deep = ti.max(motion.overlap, 0.0)
             root = ti.sqrt(deep)
-            k.contact_radius = p.scale * root
-            force = p.hertz * deep * root - p.pull
-            energy = 0.4 * p.hertz * deep * deep * root - p.pull * deep
+            motion.contact_radius = constants.scale * root
+            force = constants.hertz * deep * root - constants.pull
+            energy = 0.4 * constants.hertz * deep * deep * root - constants.pull * deep
             return ti.Struct(force=force, energy=energy)
 
         return respond
@@ -100,10 +100,12 @@ class Linear:
     @staticmethod
     def response(newton_steps):
         @ti.func
-        def respond(k: ti.template(), p):
-            deep = ti.max(k.overlap, 0.0)
-            k.contact_radius = 1.0 + 0.0 * deep
-            return ti.Struct(force=p.spring * deep, energy=0.5 * p.spring * deep * deep)
+        def respond(motion: ti.template(), constants):
+            deep = ti.max(motion.overlap, 0.0)
+            motion.contact_radius = 1.0 + 0.0 * deep
+            return ti.Struct(
+                force=constants.spring * deep, energy=0.5 * constants.spring * deep * deep
+            )
 
         return respond
 

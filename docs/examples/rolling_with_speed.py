@@ -50,10 +50,10 @@ class RollingWithSpeed:
 
     @staticmethod
     @ti.func
-    def update(k: ti.template(), h: ti.template(), p, dt):
-        growth = 1.0 + k.rolling_rate.norm() * p.slowness
-        past = limit_displacement(h.xi, p.xi_crit * growth, p.k_r)
-        h.xi = h.xi * (1.0 - past.over)
+    def update(motion: ti.template(), history: ti.template(), constants, dt):
+        growth = 1.0 + motion.rolling_rate.norm() * constants.slowness
+        past = limit_displacement(history.xi, constants.xi_crit * growth, constants.k_r)
+        history.xi = history.xi * (1.0 - past.over)
         return past.lost
 
 

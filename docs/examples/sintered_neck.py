@@ -46,7 +46,7 @@ class SinteredNeck:
     }
     HISTORY = {
         "neck": History("1", "1 where a neck is whole, -1 where there is none", 1, "neck"),
-        "neck_rest": History("m", "overlap when it was new_neck", 1, "neck_rest"),
+        "neck_rest": History("m", "overlap when it was new", 1, "neck_rest"),
         "neck_phi": History("rad", "twist of the neck", 1, "neck_twist"),
         "neck_xi": History("m", "bending, as a rolling displacement", 3, "neck_bending"),
         "neck_zeta": History("m", "shear", 3, "neck_shear", odd=True),
@@ -76,43 +76,54 @@ class SinteredNeck:
 
     @staticmethod
     @ti.func
-    def elastic_energy(k: ti.template(), h: ti.template(), p):
+    def elastic_energy(motion: ti.template(), history: ti.template(), constants):
         """Energy of a whole neck."""
-        d = k.overlap - h.neck_rest
-        sheared = 0.5 * p.neck_shear * h.neck_zeta.dot(h.neck_zeta)
-        bent = 0.5 * p.neck_bend * h.neck_xi.dot(h.neck_xi)
-        turned = 0.5 * p.neck_twist * h.neck_phi * h.neck_phi
-        return 0.5 * p.neck_stretch * d * d + sheared + bent + turned
+        d = motion.overlap - history.neck_rest
+        sheared = 0.5 * constants.neck_shear * history.neck_zeta.dot(history.neck_zeta)
+        bent = 0.5 * constants.neck_bend * history.neck_xi.dot(history.neck_xi)
+        turned = 0.5 * constants.neck_twist * history.neck_phi * history.neck_phi
+        return 0.5 * constants.neck_stretch * d * d + sheared + bent + turned
 
     @staticmethod
     @ti.func
-    def update(k: ti.template(), h: ti.template(), p, dt):
+    def update(motion: ti.template(), history: ti.template(), constants, dt):
         # contacts of the start have necks, but for those that a sample brings along without
-        new_neck = ti.select(dt > 0.0, 0.0, 1.0 - h.neck * h.neck)
-        intact_before = new_neck * k.now + ti.max(h.neck, 0.0)
-        h.neck_rest = new_neck * k.overlap + (1.0 - new_neck) * h.neck_rest
-        h.neck_xi = intact_before * across(h.neck_xi + k.rolling_rate * dt, k.normal)
-        h.neck_zeta = intact_before * across(h.neck_zeta + k.sliding_rate * dt, k.normal)
-        h.neck_phi = intact_before * (h.neck_phi + (k.rotation_1 - k.rotation_2).dot(k.middle))
-        bending = p.neck_bend * ti.sqrt(h.neck_xi.dot(h.neck_xi))
-        tension = p.neck_stretch * (h.neck_rest - k.overlap) + p.neck_lever * bending
-        intact = ti.select(tension > p.neck_force, 0.0, intact_before) * k.now
-        h.neck = 2.0 * intact - 1.0
-        return (intact_before - intact) * SinteredNeck.elastic_energy(k, h, p)
+        new_neck = ti.select(dt > 0.0, 0.0, 1.0 - history.neck * history.neck)
+        intact_before = new_neck * motion.touches + ti.max(history.neck, 0.0)
+        history.neck_rest = new_neck * motion.overlap + (1.0 - new_neck) * history.neck_rest
+        history.neck_xi = intact_before * across(
+            history.neck_xi + motion.rolling_rate * dt, motion.normal
+        )
+        history.neck_zeta = intact_before * across(
+            history.neck_zeta + motion.sliding_rate * dt, motion.normal
+        )
+        history.neck_phi = intact_before * (
+            history.neck_phi + (motion.rotation_1 - motion.rotation_2).dot(motion.middle)
+        )
+        bending = constants.neck_bend * ti.sqrt(history.neck_xi.dot(history.neck_xi))
+        tension = (
+            constants.neck_stretch * (history.neck_rest - motion.overlap)
+            + constants.neck_lever * bending
+        )
+        intact = ti.select(tension > constants.neck_force, 0.0, intact_before) * motion.touches
+        history.neck = 2.0 * intact - 1.0
+        return (intact_before - intact) * SinteredNeck.elastic_energy(motion, history, constants)
 
     @staticmethod
     @ti.func
-    def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
-        intact = ti.max(h.neck, 0.0)
-        shear = h.neck_zeta * (-p.neck_shear * intact)
-        couple = (h.neck_xi * (p.R * p.neck_bend * intact)).cross(k.normal)
-        couple += k.normal * (p.neck_twist * h.neck_phi * intact)
-        turn = k.normal.cross(shear) * (1.0 - k.overlap * p.inv_sum)
-        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * intact
+    def evaluate(motion: ti.template(), history: ti.template(), constants, load: ti.template()):
+        intact = ti.max(history.neck, 0.0)
+        shear = history.neck_zeta * (-constants.neck_shear * intact)
+        couple = (history.neck_xi * (constants.R * constants.neck_bend * intact)).cross(
+            motion.normal
+        )
+        couple += motion.normal * (constants.neck_twist * history.neck_phi * intact)
+        turn = motion.normal.cross(shear) * (1.0 - motion.overlap * constants.inv_sum)
+        load.push += constants.neck_stretch * (motion.overlap - history.neck_rest) * intact
         load.force += shear
-        load.torque_1 -= couple + turn * p.r1
-        load.torque_2 += couple - turn * p.r2
-        return intact * SinteredNeck.elastic_energy(k, h, p)
+        load.torque_1 -= couple + turn * constants.r1
+        load.torque_2 += couple - turn * constants.r2
+        return intact * SinteredNeck.elastic_energy(motion, history, constants)
 
 
 register("effects", "neck", SinteredNeck, Neck)

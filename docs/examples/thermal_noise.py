@@ -34,9 +34,10 @@ class Langevin:
 
     @staticmethod
     @ti.func
-    def acceleration(p, at):
-        size = ti.sqrt(2.0 * p.energy * p.rate / (at.mass * at.dt))
-        return size * normal_vector(p.seed, at.number, at.step) - p.rate * at.velocity
+    def acceleration(constants, particle):
+        size = ti.sqrt(2.0 * constants.energy * constants.rate / (particle.mass * particle.dt))
+        noise = size * normal_vector(constants.seed, particle.number, particle.step)
+        return noise - constants.rate * particle.velocity
 
 
 register(ThermalNoise, Langevin)

@@ -22,9 +22,9 @@ class UnscaledSliding:
     @staticmethod
     @ti.pyfunc
     def numbers(c, block):
-        of = sliding.numbers(c, block)
+        softened = sliding.numbers(c, block)
         softer = c.stiffness_scaling ** (2.0 / 3.0)
-        return {"k_s": of["k_s"] / softer, "zeta_crit": of["zeta_crit"] * softer}
+        return {"k_s": softened["k_s"] / softer, "zeta_crit": softened["zeta_crit"] * softer}
 
 
 register("sliding", "unscaled", UnscaledSliding)

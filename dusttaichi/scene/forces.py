@@ -4,21 +4,23 @@ A force is a block, which declares its keys, and a law: a module (or any object)
 
 - ``NUMBERS``: name -> Number (physics.forces.numbers), its constants;
 - ``numbers(block)``: their values in SI, a dict; block: that of the YAML;
-- ``acceleration(p, at)``, ``angular_acceleration(p, at)`` or both, each a `ti.func` that returns a
-  vector. p: struct of the numbers; at: the particle, with position, velocity, spin (vectors), mass,
-  inertia, radius, charge, time, dt (the step), number and step (whole numbers). A force is the
-  acceleration times at.mass, a torque the angular one times at.inertia.
+- ``acceleration(constants, particle)``, ``angular_acceleration(constants, particle)`` or both, each
+  a `ti.func` that returns a vector. constants: struct of the numbers; particle: struct of position,
+  velocity, spin (vectors), mass, inertia, radius, charge, time, dt (the step), number and step
+  (whole numbers). A force is the acceleration times particle.mass, a torque the angular one times
+  particle.inertia.
 
 It may have
 
-- ``potential(p, at)``: its potential energy, whose change is the work of the force;
+- ``potential(constants, particle)``: its potential energy, whose change is the work of the force;
 - ``CHANNEL``: channel of the ledger that its losses go to, where it has no potential: minus its
-  work; with ``flow(p, at)``, the velocity of its medium, the work of the medium is counted apart.
+  work; with ``flow(constants, particle)``, the velocity of its medium, the work of the
+  medium is counted apart.
   A force with neither potential nor channel does work from outside;
 - ``timescale(block, particles)``: shortest time [s] in which it changes a motion, a period or a
   stopping time, which the time step resolves; particles: arrays mass [kg], radius [m], charge [C];
 - ``USES_VELOCITY = False`` where it does not depend on velocity and spin: it is then evaluated once
-  a step; ``USES_CHARGE = True`` where it needs `at.charge`.
+  a step; ``USES_CHARGE = True`` where it needs `particle.charge`.
 
 The position does not jump where a particle crosses a periodic face; `conflicts` of the block
 refuses scenes that a force cannot be for.

@@ -287,12 +287,12 @@ class ContactPass:
         lost = self.mechanics.update(motion, history, constants, dt, self.flat)
         load, _ = self.mechanics.evaluate(motion, history, constants, strength)
         # 2 where it has formed, -1 where it has broken: see `change`
-        stays = motion.now * motion.was
-        formed, broken = motion.now - stays, motion.was - stays
-        history.touched = motion.now + formed - broken
+        stays = motion.touches * motion.touched_before
+        formed, broken = motion.touches - stays, motion.touched_before - stays
+        history.touched = motion.touches + formed - broken
         history.zeta = history.zeta + motion.normal * motion.zeta_along
         # pointers begin on the line of centres; those of a contact that breaks are needed still
-        self.rows.write(block, lane, history, motion.was)
+        self.rows.write(block, lane, history, motion.touched_before)
         self.rows.put_loads(block, lane, load)
         self.book(sums, block, lane, lost, strength)
         if ti.static(self.stress):
@@ -398,10 +398,10 @@ class ContactPass:
         constants = self.numbers.of_contact(self.contact_kind, block, lane, kind_numbers)
         motion = self.gatherer.motion(gathered, lane, dt, constants, boundary)
         history = self.rows.history(block, lane)
-        motion.was, motion.now = ti.cast(0.0, self.dtype), ti.cast(1.0, self.dtype)
+        motion.touched_before, motion.touches = ti.cast(0.0, self.dtype), ti.cast(1.0, self.dtype)
         if state < 0.0:
             motion.overlap += motion.speed * dt
-            motion.was, motion.now = 1.0, 0.0
+            motion.touched_before, motion.touches = 1.0, 0.0
         elastic = self.mechanics.respond(motion, constants)
         half_kick = 0.5 * dt * motion.speed * elastic.force
         if state > 0.0:

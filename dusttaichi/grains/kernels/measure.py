@@ -114,12 +114,12 @@ class ContactSums:
             for channel, law in ti.static(self.pending):
                 value = law.pending(motion, history, constants, dt, force.dot(motion.normal))
                 self.add(tile, self.first_pending + channel, value)
-            self.add(tile, self.columns.contacts, motion.now)
+            self.add(tile, self.columns.contacts, motion.touches)
             # of the surfaces, which softened contacts do not wait for
             overlap = motion.overlap - (constants.touch - constants.r1 - constants.r2)
-            self.most(tile, self.columns.deepest, motion.now * overlap)
+            self.most(tile, self.columns.deepest, motion.touches * overlap)
             # the smaller radius; on a wall inv_r2 is 0
-            strain = motion.now * overlap * ti.max(constants.inv_r1, constants.inv_r2)
+            strain = motion.touches * overlap * ti.max(constants.inv_r1, constants.inv_r2)
             self.most(tile, self.columns.strain, strain)
             if ti.static(self.faces):
                 power = self.contacts.gatherer.power_of_faces(gathered, lane, force, boundary)

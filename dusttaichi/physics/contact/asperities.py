@@ -47,14 +47,14 @@ def area(energy, crush_force):
 
 
 @ti.func
-def loss(u, p):
+def loss(u, constants):
     """E_asp of a touch with the relative speed u along n_c, whether or not there is as much."""
-    energy = 0.5 * p.mass * u * u
-    return p.crush_energy * area(energy, p.crush_force)
+    energy = 0.5 * constants.mass * u * u
+    return constants.crush_energy * area(energy, constants.crush_force)
 
 
 @ti.func
-def impulse(u, change, p):
+def impulse(u, change, constants):
     """J >= 0 that takes `loss` from a contact that is approaching, u < 0; at most all there is.
 
     u: half a step back, before the grains touched: what E_asp is a function of. change: what the
@@ -63,36 +63,38 @@ def impulse(u, change, p):
     of `speed` to take, and a touch that loses all ends at rest.
     """
     speed = ti.max(-u - 0.5 * change, 0.0)
-    remaining_square = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
-    return p.mass * (speed - ti.sqrt(remaining_square))
+    remaining_square = ti.max(speed * speed - 2.0 * loss(u, constants) / constants.mass, 0.0)
+    return constants.mass * (speed - ti.sqrt(remaining_square))
 
 
 @ti.func
-def update(k: ti.template(), h: ti.template(), p, dt):
+def update(motion: ti.template(), history: ti.template(), constants, dt):
     """Work of the impulse of the previous step.
 
     With the current speed along the previous n_c: its actual work, whatever other forces act on the
     grains.
     """
-    lost = -0.5 * h.touch_impulse * (h.touch_speed + k.speed_before)
-    k.struck += h.touch_impulse / p.mass
-    h.touch_speed = 0.0 * lost
-    h.touch_impulse = 0.0 * lost
+    lost = -0.5 * history.touch_impulse * (history.touch_speed + motion.speed_before)
+    motion.struck += history.touch_impulse / constants.mass
+    history.touch_speed = 0.0 * lost
+    history.touch_impulse = 0.0 * lost
     return lost
 
 
 @ti.func
-def form(k: ti.template(), h: ti.template(), p, dt, push):
+def form(motion: ti.template(), history: ti.template(), constants, dt, push):
     """Force along n_c during the step that finds the touch; push: of the contact without it."""
-    h.touch_speed = k.speed_now
-    h.touch_impulse = impulse(k.speed_now, push * (dt / p.mass), p)
-    return h.touch_impulse / dt
+    history.touch_speed = motion.speed_now
+    history.touch_impulse = impulse(motion.speed_now, push * (dt / constants.mass), constants)
+    return history.touch_impulse / dt
 
 
 @ti.func
-def pending(k: ti.template(), h: ti.template(), p, dt, push):
+def pending(motion: ti.template(), history: ti.template(), constants, dt, push):
     """Energy taken by half of the impulse, in half of the change of speed, up to now.
 
     push: force along n_c with that of the impulse.
     """
-    return -0.5 * h.touch_impulse * (h.touch_speed + (0.25 * dt / p.mass) * push)
+    return (
+        -0.5 * history.touch_impulse * (history.touch_speed + (0.25 * dt / constants.mass) * push)
+    )

@@ -1,4 +1,4 @@
-"""The laws that there are, by kind of effect and name, and the model that a scene has chosen.
+"""Registry of the contact laws by effect and name, and the contact model of a scene.
 
 A law is a module (or any object) with
 
@@ -6,12 +6,13 @@ A law is a module (or any object) with
 - ``numbers(c, block)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
   (`constants.ContactConstants` by name), block: the keys of the law's block in the YAML; both in SI
   on the host, in internal units in a kernel;
-- ``HISTORY``: name -> History, what a contact keeps for it beside xi and zeta; ``CHANNEL``: name of
-  the channel of the ledger that its losses go to;
-- ``update(k, h, p, dt)``: brings the history h to the present, puts it back to its limits, and
-  returns the energy dissipated; no force;
-- ``evaluate(k, h, p, load)``: adds what the configuration exerts to a Load and returns the energy
-  stored; no time step, no side effect. k: Motion (physics.contact.kinematics), p: all numbers.
+- ``HISTORY``: name -> History, what a contact stores for it beside xi and zeta; ``CHANNEL``: name
+  of the channel of the ledger for its losses;
+- ``update(motion, history, constants, dt)``: brings the history to the present, limits it, and
+  returns the energy dissipated; no force. motion: Motion (physics.contact.kinematics), constants:
+  struct of the numbers of all effects;
+- ``evaluate(motion, history, constants, load)``: adds the forces and torques of the configuration
+  to a Load and returns the energy stored; no time step, no side effect.
 
 It may have ``MATERIAL``: name -> Property, properties of the grains' material that it brings into
 the YAML; c has them by name, mixed from those of the two materials.

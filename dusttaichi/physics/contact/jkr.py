@@ -120,16 +120,16 @@ def contact_radius(newton_steps=2):
 
 @cache
 def response(newton_steps=2):
-    """Returns the function respond(k, p): struct of `force` and `energy` of the Motion k.
+    """Returns the function respond(motion, constants): struct of `force` and `energy`.
 
-    It sets the contact_radius of k.
+    It sets the contact_radius of the Motion.
     """
     scaled_radius = contact_radius(newton_steps)
 
     @ti.func
-    def respond(k: ti.template(), p):
-        s = scaled_radius(k.overlap * p.inv_delta0)
-        k.contact_radius = s * s
-        return ti.Struct(force=p.F4 * force(s), energy=p.U4 * energy(s))
+    def respond(motion: ti.template(), constants):
+        s = scaled_radius(motion.overlap * constants.inv_delta0)
+        motion.contact_radius = s * s
+        return ti.Struct(force=constants.F4 * force(s), energy=constants.U4 * energy(s))
 
     return respond

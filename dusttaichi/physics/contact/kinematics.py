@@ -46,8 +46,8 @@ def motion_type(dtype):
         rotation_1: vec3  # in the last step
         rotation_2: vec3
         slip: vec3  # displacement of the contact point by the translation alone
-        was: dtype  # 1 where the contact touched a step ago, else 0
-        now: dtype  # 1 where it touches
+        touched_before: dtype  # 1 where the contact touched a step ago, else 0
+        touches: dtype  # 1 where it touches now
         elastic_force: dtype  # of the normal law, positive where it pushes
         elastic_energy: dtype
         contact_radius: dtype  # in units of that at equilibrium
@@ -81,14 +81,14 @@ def load_type(dtype):
 
 
 @ti.func
-def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, p):
+def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, constants):
     """Motion of two grains over the last step.
 
     d, dv: distance vector from the second to the first centre now and its rate half a step ago, so
     that it was d - dv dt a step ago; gap: touch^2 - d.d, negative where the grains are apart; w1,
     w2: spins.
     """
-    touch = p.touch
+    touch = constants.touch
     length = ti.sqrt(touch * touch - gap)
     both = length + touch
     quotient = 1.0 / (length * both)  # the one division
@@ -112,7 +112,7 @@ def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, p):
         spin_2=w2,
         rotation_1=w1 * dt,
         rotation_2=w2 * dt,
-        slip=(p.r1 + p.r2) * turned,
+        slip=(constants.r1 + constants.r2) * turned,
     )
 
 
@@ -182,53 +182,61 @@ def axial_deficit(e, along):
 
 
 @ti.func
-def deviations(h: ti.template(), p):
+def deviations(history: ti.template(), constants):
     """e1 = n1 + n_c and e2 = n2 - n_c of the displacements xi and zeta."""
-    return h.xi * p.inv_r1 + h.zeta * p.inv_sum, h.xi * p.inv_r2 - h.zeta * p.inv_sum
-
-
-@ti.func
-def carry(k: ti.template(), h: ti.template(), p):
-    """Rotate the pointers with their grains: xi and zeta become current, perpendicular to n_c."""
-    previous_normal = k.normal - k.turned
-    e1, e2 = deviations(h, p)
-    n1, n2 = e1 - previous_normal, e2 + previous_normal
-    by_1, by_2 = rotation(n1, k.rotation_1), rotation(n2, k.rotation_2)
-    k.rolling_rate = (k.spin_1.cross(n1) + k.spin_2.cross(n2)) * p.R
-    k.sliding_rate = across(
-        k.spin_1.cross(n1) * p.r1 - k.spin_2.cross(n2) * p.r2 + k.velocity, k.normal
+    return (
+        history.xi * constants.inv_r1 + history.zeta * constants.inv_sum,
+        history.xi * constants.inv_r2 - history.zeta * constants.inv_sum,
     )
-    k.along_1 = (e1 + by_1 + k.turned).dot(k.normal)
-    k.along_2 = -(e2 + by_2 - k.turned).dot(k.normal)
-    h.xi = across(h.xi + (by_1 + by_2) * p.R, k.normal)
-    h.zeta = across(h.zeta + by_1 * p.r1 - by_2 * p.r2 + k.slip, k.normal)
 
 
 @ti.func
-def point(k: ti.template(), h: ti.template(), p, flat: ti.template()):
+def carry(motion: ti.template(), history: ti.template(), constants):
+    """Rotate the pointers with their grains: xi and zeta become current, perpendicular to n_c."""
+    previous_normal = motion.normal - motion.turned
+    e1, e2 = deviations(history, constants)
+    n1, n2 = e1 - previous_normal, e2 + previous_normal
+    by_1, by_2 = rotation(n1, motion.rotation_1), rotation(n2, motion.rotation_2)
+    motion.rolling_rate = (motion.spin_1.cross(n1) + motion.spin_2.cross(n2)) * constants.R
+    motion.sliding_rate = across(
+        motion.spin_1.cross(n1) * constants.r1
+        - motion.spin_2.cross(n2) * constants.r2
+        + motion.velocity,
+        motion.normal,
+    )
+    motion.along_1 = (e1 + by_1 + motion.turned).dot(motion.normal)
+    motion.along_2 = -(e2 + by_2 - motion.turned).dot(motion.normal)
+    history.xi = across(history.xi + (by_1 + by_2) * constants.R, motion.normal)
+    history.zeta = across(
+        history.zeta + by_1 * constants.r1 - by_2 * constants.r2 + motion.slip, motion.normal
+    )
+
+
+@ti.func
+def point(motion: ti.template(), history: ti.template(), constants, flat: ti.template()):
     """Pointers of the displacements across n_c: their components along it follow from unit length.
 
     xi gets its own; zeta is across n_c for the effects, and `zeta_along` is what it lacks. flat:
     the second body is a wall.
     """
-    e1, e2 = deviations(h, p)
-    short_1, short_2 = axial_deficit(e1, k.along_1), axial_deficit(e2, k.along_2)
-    h.xi = h.xi + k.normal * (p.R * (short_1 - short_2))
-    k.lever = -1.0
+    e1, e2 = deviations(history, constants)
+    short_1, short_2 = axial_deficit(e1, motion.along_1), axial_deficit(e2, motion.along_2)
+    history.xi = history.xi + motion.normal * (constants.R * (short_1 - short_2))
+    motion.lever = -1.0
     if ti.static(not flat):
-        k.zeta_along = p.r1 * short_1 + p.r2 * short_2
-        k.lever = (k.zeta_along - p.r1 - p.r2) * k.distance_inverse
-    k.pointer_1 = e1 + k.normal * (short_1 - 1.0)
-    k.pointer_2 = e2 - k.normal * (short_2 - 1.0)
+        motion.zeta_along = constants.r1 * short_1 + constants.r2 * short_2
+        motion.lever = (motion.zeta_along - constants.r1 - constants.r2) * motion.distance_inverse
+    motion.pointer_1 = e1 + motion.normal * (short_1 - 1.0)
+    motion.pointer_2 = e2 - motion.normal * (short_2 - 1.0)
 
 
 @ti.func
-def point_as_kept(k: ti.template(), h: ti.template(), p, flat: ti.template()):
+def point_as_kept(motion: ti.template(), history: ti.template(), constants, flat: ti.template()):
     """Pointers from a stored history, whose zeta still has its component along n_c."""
-    e1, e2 = deviations(h, p)
-    k.pointer_1, k.pointer_2 = e1 - k.normal, e2 + k.normal
-    k.lever = -1.0
+    e1, e2 = deviations(history, constants)
+    motion.pointer_1, motion.pointer_2 = e1 - motion.normal, e2 + motion.normal
+    motion.lever = -1.0
     if ti.static(not flat):
-        k.zeta_along = h.zeta.dot(k.normal)
-        k.lever = (k.zeta_along - p.r1 - p.r2) * k.distance_inverse
-        h.zeta = h.zeta - k.normal * k.zeta_along
+        motion.zeta_along = history.zeta.dot(motion.normal)
+        motion.lever = (motion.zeta_along - constants.r1 - constants.r2) * motion.distance_inverse
+        history.zeta = history.zeta - motion.normal * motion.zeta_along

@@ -1,8 +1,8 @@
-"""The contact model of a scene: effects that act together, and what they make of one contact.
+"""The contact model of a scene: effects that act together, and their evaluation on one contact.
 
-The model is composed once, in Python (`registry.chosen_model`). What a contact keeps, the numbers
-it has, the channels of the ledger and the columns of the potential energy all follow from what the
-effects declare.
+The model is composed once, in Python (`effect_registry.chosen_model`). The history and the numbers
+of a contact, the channels of the ledger and the columns of the potential energy all follow from
+what the effects declare.
 """
 
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class ContactModel:
 
     @cached_property
     def history(self):
-        """Name -> History of all that a contact keeps."""
+        """Name -> History of all numbers that a contact stores."""
         return COMMON | {name: h for law in self.laws for name, h in law.HISTORY.items()}
 
     @cached_property
@@ -77,8 +77,8 @@ class ContactModel:
 class Mechanics:
     """Evaluation of the effects of a ContactModel on one contact, in the float type `dtype`.
 
-    k: Motion of the contact (kinematics). h: struct of its history, by the names that the model
-    says. p: its numbers. flat: whether the second body is a wall.
+    motion: Motion of the contact (kinematics). history: struct of its history, by the names of
+    ContactModel.history. constants: struct of its numbers. flat: whether the second body is a wall.
     """
 
     def __init__(self, model, dtype):
@@ -95,22 +95,26 @@ class Mechanics:
         self.pending = tuple(law for law in model.laws if hasattr(law, "pending"))
 
     @ti.func
-    def touch(self, k: ti.template(), h: ti.template(), p):
+    def touch(self, motion: ti.template(), history: ti.template(), constants):
         """Set whether the contact touched a step ago and touches now.
 
         It forms at first contact and exists until pull-off.
         """
-        k.was = h.touched
-        k.now = ti.select(k.overlap + k.was * p.reach > 0.0, 1.0, 0.0)
+        motion.touched_before = history.touched
+        motion.touches = ti.select(
+            motion.overlap + motion.touched_before * constants.reach > 0.0, 1.0, 0.0
+        )
 
     @ti.func
-    def press(self, k: ti.template(), p):
+    def press(self, motion: ti.template(), constants):
         """Set the elastic response of the contact."""
-        response = self.respond(k, p)
-        k.elastic_force, k.elastic_energy = response.force, response.energy
+        response = self.respond(motion, constants)
+        motion.elastic_force, motion.elastic_energy = response.force, response.energy
 
     @ti.func
-    def update(self, k: ti.template(), h: ti.template(), p, dt, flat: ti.template()):
+    def update(
+        self, motion: ti.template(), history: ti.template(), constants, dt, flat: ti.template()
+    ):
         """Update the history: rotated with the grains and reset to the limits.
 
         Returns a vector of the energies dissipated, by law.
@@ -118,41 +122,47 @@ class Mechanics:
         lost = ti.Vector.zero(self.dtype, ti.static(max(self.losses, 1)))
         # before the response: its roots and divisions wait for each other, and where they come
         # first they fill the scheduler of a core (4 % of the pass over pairs)
-        kinematics.carry(k, h, p)
-        self.press(k, p)
+        kinematics.carry(motion, history, constants)
+        self.press(motion, constants)
         for n in ti.static(range(len(self.radial))):
-            lost[n] = self.radial[n].update(k, h, p, dt)
+            lost[n] = self.radial[n].update(motion, history, constants, dt)
         first = ti.static(len(self.radial))
         for n in ti.static(range(len(self.springs))):
             # without deviations pointers are along the line of centres, which rotates as a grain
             # flies past
-            lost[first + n] = k.was * self.springs[n].update(k, h, p, dt)
-        kinematics.point(k, h, p, flat)
+            lost[first + n] = motion.touched_before * self.springs[n].update(
+                motion, history, constants, dt
+            )
+        kinematics.point(motion, history, constants, flat)
         return lost
 
     @ti.func
-    def evaluate(self, k: ti.template(), h: ti.template(), p, strength):
+    def evaluate(self, motion: ti.template(), history: ti.template(), constants, strength):
         """(load, energies) of a configuration.
 
         Struct of force, torque_1, torque_2 on the grains, and a vector of the potential energies by
         column. strength: factor on the springs of a wall but the normal one.
         """
-        push = k.now * k.elastic_force
+        push = motion.touches * motion.elastic_force
         for law in ti.static(self.pushing):
-            push += law.push(h)
-        load, stored = self.springs_of(k, h, p, k.now * k.was * strength)
-        load.force += k.normal * push
-        stored[0] += k.now * k.elastic_energy
+            push += law.push(history)
+        load, stored = self.springs_of(
+            motion, history, constants, motion.touches * motion.touched_before * strength
+        )
+        load.force += motion.normal * push
+        stored[0] += motion.touches * motion.elastic_energy
         return load, stored
 
     @ti.func
-    def springs_of(self, k: ti.template(), h: ti.template(), p, weight):
+    def springs_of(self, motion: ti.template(), history: ti.template(), constants, weight):
         """(load, energies) of all springs but the normal one, times a weight."""
         stored = ti.Vector.zero(self.dtype, self.potentials)
         load = self.Load()
         for n in ti.static(range(len(self.springs))):
-            stored[self.columns[n]] = weight * self.springs[n].evaluate(k, h, p, load)
-        force = (load.force + k.normal * load.push) * weight
-        torque_1 = (load.pull_1.cross(k.pointer_1) + load.torque_1) * weight
-        torque_2 = (load.pull_2.cross(k.pointer_2) + load.torque_2) * weight
+            stored[self.columns[n]] = weight * self.springs[n].evaluate(
+                motion, history, constants, load
+            )
+        force = (load.force + motion.normal * load.push) * weight
+        torque_1 = (load.pull_1.cross(motion.pointer_1) + load.torque_1) * weight
+        torque_2 = (load.pull_2.cross(motion.pointer_2) + load.torque_2) * weight
         return ti.Struct(force=force, torque_1=torque_1, torque_2=torque_2), stored

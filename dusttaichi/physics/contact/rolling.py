@@ -23,23 +23,23 @@ def numbers(c, block):
 
 
 @ti.pyfunc
-def energy(xi, p):
+def energy(xi, constants):
     """U = 1/2 k_r xi^2."""
-    return 0.5 * p.k_r * xi.dot(xi)
+    return 0.5 * constants.k_r * xi.dot(xi)
 
 
 @ti.func
-def update(k: ti.template(), h: ti.template(), p, dt):
+def update(motion: ti.template(), history: ti.template(), constants, dt):
     """xi back within its limit (Wada et al. 2007); the energy dissipated."""
-    past = limit_displacement(h.xi, p.xi_crit, p.k_r)
-    h.xi = h.xi * (1.0 - past.over)
+    past = limit_displacement(history.xi, constants.xi_crit, constants.k_r)
+    history.xi = history.xi * (1.0 - past.over)
     return past.lost
 
 
 @ti.func
-def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+def evaluate(motion: ti.template(), history: ti.template(), constants, load: ti.template()):
     """Adds the pull on both pointers; the energy stored."""
-    pull = h.xi * (p.R * p.k_r)
+    pull = history.xi * (constants.R * constants.k_r)
     load.pull_1 += pull
     load.pull_2 += pull
-    return energy(h.xi, p)
+    return energy(history.xi, constants)

@@ -34,23 +34,23 @@ def numbers(c, block):
 
 
 @ti.pyfunc
-def energy(zeta, p):
+def energy(zeta, constants):
     """U = 1/2 k_s zeta^2."""
-    return 0.5 * p.k_s * zeta.dot(zeta)
+    return 0.5 * constants.k_s * zeta.dot(zeta)
 
 
 @ti.func
-def update(k: ti.template(), h: ti.template(), p, dt):
+def update(motion: ti.template(), history: ti.template(), constants, dt):
     """zeta back within its limit; the energy dissipated."""
-    past = limit_displacement(h.zeta, p.zeta_crit, p.k_s)
-    h.zeta = h.zeta * (1.0 - past.over)
+    past = limit_displacement(history.zeta, constants.zeta_crit, constants.k_s)
+    history.zeta = history.zeta * (1.0 - past.over)
     return past.lost
 
 
 @ti.func
-def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+def evaluate(motion: ti.template(), history: ti.template(), constants, load: ti.template()):
     """Adds force and pulls; the energy stored."""
-    load.force += h.zeta * (p.k_s * k.lever)
-    load.pull_1 += h.zeta * (p.r1 * p.k_s)
-    load.pull_2 -= h.zeta * (p.r2 * p.k_s)
-    return energy(h.zeta, p)
+    load.force += history.zeta * (constants.k_s * motion.lever)
+    load.pull_1 += history.zeta * (constants.r1 * constants.k_s)
+    load.pull_2 -= history.zeta * (constants.r2 * constants.k_s)
+    return energy(history.zeta, constants)

@@ -30,23 +30,23 @@ def numbers(c, block):
 
 
 @ti.pyfunc
-def energy(phi, p):
+def energy(phi, constants):
     """U = 1/2 k_t phi^2."""
-    return 0.5 * p.k_t * phi * phi
+    return 0.5 * constants.k_t * phi * phi
 
 
 @ti.func
-def update(k: ti.template(), h: ti.template(), p, dt):
+def update(motion: ti.template(), history: ti.template(), constants, dt):
     """Update the twist within its limits; returns the energy dissipated."""
-    phi = h.twist + (k.rotation_1 - k.rotation_2).dot(k.middle)
-    h.twist = ti.min(ti.max(phi, -p.phi_crit), p.phi_crit)
-    return p.k_t * h.twist * (phi - h.twist)
+    phi = history.twist + (motion.rotation_1 - motion.rotation_2).dot(motion.middle)
+    history.twist = ti.min(ti.max(phi, -constants.phi_crit), constants.phi_crit)
+    return constants.k_t * history.twist * (phi - history.twist)
 
 
 @ti.func
-def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+def evaluate(motion: ti.template(), history: ti.template(), constants, load: ti.template()):
     """Adds the torque about n_c; the energy stored."""
-    torque = k.normal * (p.k_t * h.twist)
+    torque = motion.normal * (constants.k_t * history.twist)
     load.torque_1 -= torque
     load.torque_2 += torque
-    return energy(h.twist, p)
+    return energy(history.twist, constants)

@@ -24,17 +24,27 @@ def numbers(block):
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """Towards the centre."""
-    towards = p.centre - at.position
-    square = ti.max(towards.norm_sqr(), p.nearest**2) / p.scale**2
-    return p.strength / p.scale * square ** (0.5 * (p.exponent - 1.0)) * towards
+    towards = constants.centre - particle.position
+    square = ti.max(towards.norm_sqr(), constants.nearest**2) / constants.scale**2
+    return (
+        constants.strength
+        / constants.scale
+        * square ** (0.5 * (constants.exponent - 1.0))
+        * towards
+    )
 
 
 @ti.func
-def potential(p, at):
+def potential(constants, particle):
     """m k d^(n+1)/(n+1), or m k ln d for n = -1."""
-    towards, power = p.centre - at.position, p.exponent + 1.0
-    distance = ti.sqrt(ti.max(towards.norm_sqr(), p.nearest**2)) / p.scale
+    towards, power = constants.centre - particle.position, constants.exponent + 1.0
+    distance = ti.sqrt(ti.max(towards.norm_sqr(), constants.nearest**2)) / constants.scale
     of_power = distance**power / ti.select(power == 0.0, 1.0, power)
-    return at.mass * p.strength * p.scale * ti.select(power == 0.0, ti.log(distance), of_power)
+    return (
+        particle.mass
+        * constants.strength
+        * constants.scale
+        * ti.select(power == 0.0, ti.log(distance), of_power)
+    )

@@ -47,12 +47,14 @@ def timescale(block, particles):
 
 
 @ti.func
-def flow(p, at):
+def flow(constants, particle):
     """Velocity of the gas, which does the work that moves particles along with it."""
-    return p.gas_velocity
+    return constants.gas_velocity
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """Against the velocity relative to the gas."""
-    return (p.rate + p.friction * at.radius**2 / at.mass) * (p.gas_velocity - at.velocity)
+    return (constants.rate + constants.friction * particle.radius**2 / particle.mass) * (
+        constants.gas_velocity - particle.velocity
+    )

@@ -38,7 +38,7 @@ def timescale(block, particles):
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """(E cos(w t + phase) + v x B) q/m."""
-    field = ti.cos(p.frequency * at.time + p.phase) * p.field
-    return at.charge / at.mass * (field + at.velocity.cross(p.magnetic))
+    field = ti.cos(constants.frequency * particle.time + constants.phase) * constants.field
+    return particle.charge / particle.mass * (field + particle.velocity.cross(constants.magnetic))

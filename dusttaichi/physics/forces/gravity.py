@@ -13,12 +13,12 @@ def numbers(block):
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """The same everywhere."""
-    return p.g
+    return constants.g
 
 
 @ti.func
-def potential(p, at):
+def potential(constants, particle):
     """U = -m g.x."""
-    return -at.mass * p.g.dot(at.position)
+    return -particle.mass * constants.g.dot(particle.position)

@@ -77,7 +77,7 @@ class ForceModel:
 class Forces:
     """Evaluation of a ForceModel on one particle.
 
-    table: field of the numbers of its laws from `first` on, in the units of the method. `at`:
+    table: field of the numbers of its laws from `first` on, in the units of the method. particle:
     struct of the particle (see scene.forces).
     """
 
@@ -112,56 +112,56 @@ class Forces:
         return self.structs[n](*[self.read(entry) for entry in self.columns[n]])
 
     @ti.func
-    def act(self, n: ti.template(), at):
+    def act(self, n: ti.template(), particle):
         """(acceleration, angular acceleration) by law n."""
         linear, angular = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
         if ti.static(hasattr(self.laws[n], "acceleration")):
-            linear = self.laws[n].acceleration(self.numbers(n), at)
+            linear = self.laws[n].acceleration(self.numbers(n), particle)
         if ti.static(hasattr(self.laws[n], "angular_acceleration")):
-            angular = self.laws[n].angular_acceleration(self.numbers(n), at)
+            angular = self.laws[n].angular_acceleration(self.numbers(n), particle)
         return linear, angular
 
     @ti.func
-    def act_together(self, at):
+    def act_together(self, particle):
         """(acceleration, angular acceleration) by all laws."""
-        linear, angular = self.act(0, at)
+        linear, angular = self.act(0, particle)
         for n in ti.static(range(1, len(self.laws))):
-            added, turning = self.act(n, at)
+            added, turning = self.act(n, particle)
             linear += added
             angular += turning
         return linear, angular
 
     @ti.func
-    def solve(self, at: ti.template(), kick, turn, half):
-        """Accelerations at the velocity and spin of the present, which `at` then has.
+    def solve(self, particle: ti.template(), kick, turn, half):
+        """Accelerations at the velocity and spin of the present, which the particle then has.
 
-        at: with those of half a step before. kick, turn: their change in that half step, of length
-        `half`, by everything else.
+        particle: with those of half a step before. kick, turn: their change in that half step, of
+        length `half`, by everything else.
         """
-        velocity, spin = at.velocity + kick, at.spin + turn
-        at.velocity = velocity
-        at.spin = spin
-        linear, angular = self.act_together(at)
+        velocity, spin = particle.velocity + kick, particle.spin + turn
+        particle.velocity = velocity
+        particle.spin = spin
+        linear, angular = self.act_together(particle)
         for _ in ti.static(range(self.model.passes - 1)):
-            at.velocity = velocity + half * linear
-            at.spin = spin + half * angular
-            linear, angular = self.act_together(at)
+            particle.velocity = velocity + half * linear
+            particle.spin = spin + half * angular
+            linear, angular = self.act_together(particle)
         return linear, angular
 
     @ti.func
-    def power(self, k: ti.template(), at, velocity, spin):
+    def power(self, k: ti.template(), particle, velocity, spin):
         """Power of entry k of `powers` at a velocity and a spin."""
         n, of_flow = ti.static(self.model.powers[k])
-        linear, angular = self.act(n, at)
+        linear, angular = self.act(n, particle)
         out = 0.0
         if ti.static(of_flow):
-            out = at.mass * linear.dot(self.laws[n].flow(self.numbers(n), at))
+            out = particle.mass * linear.dot(self.laws[n].flow(self.numbers(n), particle))
         else:
-            out = at.mass * linear.dot(velocity) + at.inertia * angular.dot(spin)
+            out = particle.mass * linear.dot(velocity) + particle.inertia * angular.dot(spin)
         return out
 
     @ti.func
-    def potential(self, k: ti.template(), at):
+    def potential(self, k: ti.template(), particle):
         """Potential energy of entry k of `potentials`."""
         n = ti.static(self.model.potentials[k])
-        return self.laws[n].potential(self.numbers(n), at)
+        return self.laws[n].potential(self.numbers(n), particle)

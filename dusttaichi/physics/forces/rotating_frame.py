@@ -25,19 +25,23 @@ def timescale(block, particles):
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """Coriolis and centrifugal acceleration."""
-    outward = p.rotation.cross(p.centre - at.position)
-    return 2.0 * at.velocity.cross(p.rotation) + p.rotation.cross(outward)
+    outward = constants.rotation.cross(constants.centre - particle.position)
+    return 2.0 * particle.velocity.cross(constants.rotation) + constants.rotation.cross(outward)
 
 
 @ti.func
-def angular_acceleration(p, at):
+def angular_acceleration(constants, particle):
     """Change of the spin of a sphere whose inertial spin stays."""
-    return at.spin.cross(p.rotation)
+    return particle.spin.cross(constants.rotation)
 
 
 @ti.func
-def potential(p, at):
+def potential(constants, particle):
     """Energy of the centrifugal force; the Coriolis force does no work."""
-    return -0.5 * at.mass * p.rotation.cross(at.position - p.centre).norm_sqr()
+    return (
+        -0.5
+        * particle.mass
+        * constants.rotation.cross(particle.position - constants.centre).norm_sqr()
+    )

@@ -13,6 +13,6 @@ def numbers(block):
 
 
 @ti.func
-def acceleration(p, at):
+def acceleration(constants, particle):
     """The force over the mass."""
-    return at.script_force / at.mass
+    return particle.script_force / particle.mass

@@ -1,8 +1,8 @@
 """Damping of the normal motion: F = -kappa u n_c on grain 1, u = (v1 - v2).n_c (S12 eq 7).
 
-A law defines kappa: `numbers` at equilibrium, and `coefficient(k, p)` for the Motion of a contact
-with its current contact_radius. The extrapolation of the force to the time of the positions and its
-work are the same for all laws.
+A law defines kappa: `numbers` at equilibrium, and `coefficient(motion, constants)` for the Motion
+of a contact with its current contact_radius. The extrapolation of the force to the time of the
+positions and its work are the same for all laws.
 """
 
 from functools import cache
@@ -32,28 +32,30 @@ damping_of = cache(Damping)
 
 def _update(coefficient):
     @ti.func
-    def update(k: ti.template(), h: ti.template(), p, dt):
+    def update(motion: ti.template(), history: ti.template(), constants, dt):
         """Set the current damping force; returns the work of the force of the last step.
 
         The speed is extrapolated by half a step from the last two half steps.
         """
-        previous_speed = h.speed
-        ahead = k.speed + 0.5 * k.was * (k.speed - previous_speed - k.struck)
-        lost = 0.5 * dt * h.damping_force * (previous_speed + k.speed)
-        h.damping_force = k.now * (coefficient(k, p) * ahead)
-        h.speed = k.now * k.speed
+        previous_speed = history.speed
+        ahead = motion.speed + 0.5 * motion.touched_before * (
+            motion.speed - previous_speed - motion.struck
+        )
+        lost = 0.5 * dt * history.damping_force * (previous_speed + motion.speed)
+        history.damping_force = motion.touches * (coefficient(motion, constants) * ahead)
+        history.speed = motion.touches * motion.speed
         return lost
 
     return update
 
 
 @ti.func
-def push(h: ti.template()):
+def push(history: ti.template()):
     """Force along n_c on the first body."""
-    return -h.damping_force
+    return -history.damping_force
 
 
 @ti.func
-def pending(k: ti.template(), h: ti.template(), p, dt, along):
+def pending(motion: ti.template(), history: ti.template(), constants, dt, along):
     """Half of the work of this step, that before the time of the positions."""
-    return 0.5 * dt * h.speed * h.damping_force
+    return 0.5 * dt * history.speed * history.damping_force

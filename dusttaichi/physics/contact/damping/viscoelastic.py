@@ -17,6 +17,6 @@ def numbers(c, block):
 
 
 @ti.pyfunc
-def coefficient(k, p):
+def coefficient(motion, constants):
     """kappa(a) = kappa(a0) a/a0."""
-    return p.kappa * k.contact_radius
+    return constants.kappa * motion.contact_radius

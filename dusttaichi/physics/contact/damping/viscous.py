@@ -13,6 +13,6 @@ def numbers(c, block):
 
 
 @ti.pyfunc
-def coefficient(k, p):
+def coefficient(motion, constants):
     """kappa, the same at any overlap."""
-    return p.kappa + 0.0 * k.contact_radius
+    return constants.kappa + 0.0 * motion.contact_radius
