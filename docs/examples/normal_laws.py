@@ -103,9 +103,8 @@ class Linear:
         def respond(motion: ti.template(), constants):
             deep = ti.max(motion.overlap, 0.0)
             motion.contact_radius = 1.0 + 0.0 * deep
-            return ti.Struct(
-                force=constants.spring * deep, energy=0.5 * constants.spring * deep * deep
-            )
+            force = constants.spring * deep
+            return ti.Struct(force=force, energy=0.5 * force * deep)
 
         return respond
 

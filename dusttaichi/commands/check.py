@@ -58,10 +58,10 @@ def check(
         return say_json(_json_of_scene(forecast, measure_it=time))
     forecast = read()
     scene, plan = forecast.scene, forecast.plan
-    say(f"{scene.name} is a valid scene of the method {scene.method}.")
+    say(f"{scene.name} is a valid scene (method: {scene.method}).")
     if plan is not None:
-        say(f"{STUDY} runs the {plan.count:,} collisions of its last section; the other sections")
-        say("describe the one collision of `sample`, which dust run simulates.")
+        say(f"{STUDY} runs the {plan.count:,} collisions of the last section; the other sections")
+        say("describe the single collision of `sample`, which dust run simulates.")
     if forecast.preview is not None:
         _show([*forecast.sections(), ("Cost", _cost(forecast, measure_it=time))])
     if plan is not None:
@@ -93,7 +93,7 @@ def _tell_costs(scene):
     for name, cost in ({} if costs is None else costs(scene)).items():
         if cost.seconds > SLOW:
             remark(
-                f"{name}: this sample takes about {_duration(cost.seconds)} to make; its cost "
+                f"{name}: making this sample takes about {_duration(cost.seconds)}; the time "
                 f"grows as {cost.growth}, N the number of particles."
             )
 
@@ -132,12 +132,12 @@ def _cost(forecast, *, measure_it):
     for name, steps, reason in preview.plan:
         label = f"steps at most, stage {name}" if name else "steps at most"
         if steps == inf:
-            rows.append((label, "not known beforehand: a measured quantity ends the run"))
+            rows.append((label, "not known in advance: a measured quantity ends the run"))
             total = inf
             break
         total += steps
         time = quantities.format(steps * preview.dt, "time", 5)
-        rows.append((label, f"{steps:,} ({time}; {reason})"))
+        rows.append((label, f"{steps:,} = {time}, until {reason}"))
     shortest, seconds, longest = forecast.step_time(measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.format_rate(rate)} steps/s"

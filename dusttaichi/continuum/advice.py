@@ -28,9 +28,9 @@ def _viscosity(scene, sample):
     if sample.is_dust.any() and not viscosity.by_pairs and fastest >= FAST:
         preset = "front" if fastest < IMPACT else "impact"
         yield (
-            f"numerics.viscosity: {preset}. Without viscosity dust that is pressed becomes too "
-            "dense (on average by 8 % at 2 m/s and 17 % at 5 m/s), and of bodies that collide 12 "
-            "to 21 % too much mass is compacted"
+            f"numerics.viscosity: {preset}. Without viscosity, pressed dust becomes too dense (on "
+            "average by 8 % at 2 m/s and 17 % at 5 m/s), and colliding bodies compact 12 to 21 % "
+            "too much mass"
         )
 
 
@@ -46,14 +46,14 @@ def _contact(scene, sample):
     elastic = sum(body.elastic for body in sample.bodies)
     if elastic and (stiff or elastic > 1):
         yield (
-            "numerics.contact: separate, unless elastic bodies shall stick to what they meet, "
-            "as they do without a limit: a rubber disc comes back from a wall with 0.91 of its "
+            "numerics.contact: separate, unless elastic bodies shall stick to what they touch, "
+            "however hard they are pulled: a rubber disc rebounds from a wall with 0.91 of its "
             "speed instead of 0.97"
         )
     elif stiff and len(sample.bodies) == 1 and not sample.bodies[0].rigid:
         yield (
             "numerics.contact: separate, unless dust shall stick to the wall with its tensile "
-            "strength: soft dust at 0.2 m/s comes back with 0.01 of its speed instead of 0.34"
+            "strength: soft dust at 0.2 m/s rebounds with 0.01 of its speed instead of 0.34"
         )
 
 

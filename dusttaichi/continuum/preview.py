@@ -51,12 +51,14 @@ def preview(scene):
     return Preview(sections, len(sample), domain.dt, domain.plan_stages(scene), cost)
 
 
+ROUND_OFF = 1e-9
+"""Speed of a body over the largest of a particle below which it is that of a spin alone."""
 SOLID = 2.7
 """Time of a step in three dimensions over that in two, per particle (docs/speed.md)."""
 
 
 def _time_steps(scene, fastest, output_step):
-    """Time steps of the method in a step of the run, at the start."""
+    """Time steps in an output step, at the start."""
     return output_step * fastest / (scene.numerics.cfl * scene.numerics.smoothing_length) or 1.0
 
 
@@ -68,15 +70,20 @@ def _find_signal_factor(viscosity):
 def _sample(scene, sample):
     counts = np.bincount(sample.role, minlength=len(ROLES))
     counts_text = ", ".join(f"{n:,} {role}" for role, n in zip(ROLES, counts, strict=True) if n)
+    if np.count_nonzero(counts) > 1:
+        counts_text = f"{len(sample):,}: {counts_text}"
     extent = np.ptp(sample.position[:, list(sample.axes)], axis=0) + sample.spacing
     rows = [
-        ("particles", f"{len(sample):,}: {counts_text}"),
+        ("particles", counts_text),
         ("extent", " x ".join(f"{e * 1e3:.4g}" for e in extent) + " mm"),
     ]
-    for body in sample.bodies:
-        if np.any(body.velocity):
-            speed = quantities.format(float(np.linalg.norm(body.velocity)), "speed", digits=4)
-            rows.append((f"speed of {body.name}", speed))
+    fastest = np.linalg.norm(sample.velocity, axis=1).max()
+    names = [body.name for body in sample.bodies]
+    for number, body in enumerate(sample.bodies):
+        name = f"{body.name} {number + 1}" if names.count(body.name) > 1 else body.name
+        speed = float(np.linalg.norm(body.velocity))
+        if speed > ROUND_OFF * fastest:
+            rows.append((f"speed of {name}", quantities.format(speed, "speed", digits=4)))
     carried = sample.info.get("gravity_carried")
     if carried is not None:
         rows.append(("weight that the dust carries", f"{100.0 * carried:.3g} %"))
@@ -123,7 +130,7 @@ def _particles(scene):
     return [
         ("spacing", quantities.format(numerics.spacing, "length", digits=4)),
         ("smoothing length h", quantities.format(numerics.smoothing_length, "length", digits=4)),
-        ("neighbours in reach of the kernel", f"about {neighbours - 1.0:.0f}"),
+        ("neighbours within the kernel's support", f"about {neighbours - 1.0:.0f}"),
     ]
 
 
@@ -176,7 +183,7 @@ NEAR = 1e-3
 def _instead(requested, met, step):
     requested, met, step = (quantities.format(t, "time", digits=6) for t in (requested, met, step))
     exact = f"numerics.time_step: {step} matches it exactly"
-    return f"{met} in place of {requested}, in whole steps of the run; {exact}"
+    return f"{met} in place of {requested}, in whole output steps; {exact}"
 
 
 def _steps(scene, sample, fastest, output_step):
@@ -186,15 +193,15 @@ def _steps(scene, sample, fastest, output_step):
     if stiff_faces(scene.boundary):
         still = still and not sample.velocity.any()
     exact = still or scene.numerics.time_step != "auto"
-    length = f"{output_step * 1e6:.4g} µs, {output_step / cfl_step:.3g} of these at the start"
+    length = f"{output_step * 1e6:.4g} µs, {output_step / cfl_step:.3g} time steps at the start"
     if not exact:
         length = f"at most {length}; less where bodies or walls are in contact"
     return [
         (
-            "step of the method at the start",
-            f"{cfl_step * 1e6:.4g} µs, shorter where dust is denser",
+            "time step at the start",
+            f"{cfl_step * 1e6:.4g} µs, shorter where dust gets denser",
         ),
-        ("a step of the run", length),
+        ("output step", length),
         *_whole_steps(scene, output_step, exact),
     ]
 
@@ -207,4 +214,4 @@ def _memory(scene, particles):
         for v in declare(layout_of(scene))
     )
     size = bytes_per_particle * room / 2**20
-    return f"{size:.3g} MiB for a capacity of {room:,} particles, and its lists"
+    return f"{size:.3g} MiB for a capacity of {room:,} particles, plus the neighbour lists"

@@ -20,7 +20,7 @@ def validate(measurement, environment):
     when = moment(environment)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
-            f"{when} the energy is not a number: the step is too long for what happens. Try a "
+            f"{when} the energy is not a number: the step is too long. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
     phi_2, phi, unloaded = max(m["largest"], key=lambda row: row[1])

@@ -22,9 +22,9 @@ def _damping(scene):
     if presses or scene.sample.kind == "collision":
         yield (
             "interaction.damping: viscoelastic. The default, viscous as S12 print it, is less than "
-            "a thousandth of critical: dust that is pressed by a fast wall becomes a gas with few "
-            "contacts (200 grains at 20 kPa: a filling factor of 0.43 instead of 0.37), and "
-            "aggregates that collide break up (at 1.5 m/s, growth efficiency -0.9 instead of 0.6)"
+            "a thousandth of critical: dust pressed by a fast wall becomes a gas with few contacts "
+            "(200 grains at 20 kPa: filling factor 0.43 instead of 0.37), and colliding aggregates "
+            "break up (at 1.5 m/s: growth efficiency -0.9 instead of 0.6)"
         )
 
 
@@ -37,10 +37,9 @@ def _records(scene):
             of = f" of {plan.name}" if plan.name else ""
             yield (
                 f"output.series{of}: {{strain: 0.001}} or less where a wall is pulled up, or a "
-                f"piece is pressed until it breaks. A record averages since the last one, "
-                f"{interval:g} of strain: the largest tension of six samples was a quarter too "
-                "small, the strength of six discs a seventh, and unloading may end between two "
-                "records"
+                f"piece is pressed until it breaks. A record is a mean over {interval:g} of "
+                "strain: the largest tension of six samples was a quarter too small, the strength "
+                "of six discs a seventh, and unloading may end between two records"
             )
 
 
@@ -49,5 +48,5 @@ def _step(scene, sample):
         if scene.numerics.time_step == "auto":
             yield (
                 "numerics.accuracy: reference for single contacts. With the default step two "
-                "grains that meet at three times their sticking speed come back 2 % too slowly"
+                "grains that collide at three times their sticking speed rebound 2 % too slowly"
             )

@@ -33,10 +33,11 @@ class Impact:
     def text(self):
         """One line about it."""
         speed, end = (quantities.format(v, "speed", 3) for v in (self.speed, self.model_end))
+        energy = f"{self.energy:.3g}" if self.energy < 1000.0 else f"{self.energy:,.0f}"
         return (
-            f"at most {speed}: {self.energy:.3g} times the energy that breaks a contact, overlap "
-            f"{100.0 * self.overlap:.2g} % of a radius (the model ends at "
-            f"{100.0 * LARGEST_OVERLAP:g} %, {end})"
+            f"up to {speed}: {energy} times the energy that breaks a contact; overlap up to "
+            f"{100.0 * self.overlap:.2g} % of a radius (the contact model holds up to "
+            f"{100.0 * LARGEST_OVERLAP:g} %, at {end})"
         )
 
     def remarks(self):
@@ -44,7 +45,7 @@ class Impact:
         if self.speed < NEAR * self.model_end:
             return []
         return [
-            f"grains may meet {self.text()}. JKR contacts are elastic: they neither flatten nor "
+            f"impact speed of two grains: {self.text()}. JKR contacts are elastic: they neither flatten nor "
             "break grains"
         ]
 
@@ -76,8 +77,9 @@ def beyond_model(speeds, impact):
     if not beyond:
         return ""
     first = quantities.format(beyond[0], "speed", 3)
-    which = f"of {len(speeds)} speeds, those from {first} on are" if len(speeds) > 1 else "it is"
-    return f"{which} beyond the contact model, where the guard of the overlap may stop collisions"
+    which = f"speeds from {first} on ({len(beyond)} of {len(speeds)}) exceed"
+    which = which if len(speeds) > 1 else "this speed exceeds"
+    return f"{which} the range of the contact model; the overlap guard may stop such collisions"
 
 
 def check(impact):
@@ -86,9 +88,9 @@ def check(impact):
         return
     speed, end = (quantities.format(v, "speed", 3) for v in (impact.speed, impact.model_end))
     raise DustError(
-        f"Grains may meet at {speed} (velocities of the sample, pushes, walls and sphere): they "
-        f"would overlap by {impact.overlap:.3g} of their radius. Adhesive elastic contacts mean "
-        f"something up to {LARGEST_OVERLAP:g} of it, here {end}. Try a lower speed."
+        f"Two grains may collide at {speed} (velocities of the sample, pushes, walls and sphere): "
+        f"they would overlap by {impact.overlap:.3g} of their radius. The contact model holds up "
+        f"to {LARGEST_OVERLAP:g} of it, here up to {end}. Try a lower speed."
     )
 
 
@@ -148,8 +150,10 @@ def softened_remarks(scene, impact):
         return []
     speeds = (quantities.format(v, "speed", 3) for v in (impact.speed, sticks))
     return [
-        "grains may meet at {}, and those of this material stick below {}".format(*speeds)
-        + f"; with numerics.stiffness_scaling {scene.numerics.stiffness_scaling:g} they do so up "
-        f"to {encounter.breaking_speed(soft) / sticks:.3g} times that speed: a lower speed is "
-        "nearer to grains as they are"
+        "two grains may collide at {}; without stiffness_scaling they stick below {}".format(
+            *speeds
+        )
+        + f", with numerics.stiffness_scaling {scene.numerics.stiffness_scaling:g} up to "
+        f"{encounter.breaking_speed(soft) / sticks:.3g} times that speed: a lower speed changes "
+        "the outcome less"
     ]

@@ -156,8 +156,8 @@ def _state_memory(preparation):
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, preparation.layout, preparation.domain.box is not None)
     )
-    room = f"{room:,} grains, plus up to a sixth for the search"
-    return f"{size / 2**20:.3g} MiB with a capacity of {room}"
+    room = f"{room:,} grains, plus up to 17 % for the neighbour search"
+    return f"{size / 2**20:.3g} MiB for a capacity of {room}"
 
 
 def _contact(c, scene):
@@ -205,9 +205,11 @@ def _sample(scene, preparation):
         "bulk_filling_factor": "filling factor of the inner part",
         "pieces": "connected fragments",
         "loose_grains": "grains not connected to the floor of the deposit",
-        "left_out": "grains inside the cut that it has disconnected, left out",
+        "left_out": "grains that the cut has disconnected, left out",
     }
     known_keys = [key for key in named if key in info and np.isfinite(info[key])]
+    if info.get("pieces") == info["network"]["fragments"]:  # which the contacts state already
+        known_keys.remove("pieces")
     rows += [(named[key], f"{info[key]:.4g}") for key in known_keys]
     if info["kind"] == "collision":
         for key, text in (

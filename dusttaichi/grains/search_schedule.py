@@ -248,6 +248,6 @@ class Search:
         number = self._state.order[grain]
         raise GuardStop(
             f"At {self._environment.time:.6g} µs the position of grain {number} is not a "
-            "number any more: the step is too long for what happens. Try a smaller "
+            "number any more: the step is too long. Try a smaller "
             "numerics.time_step or a lower speed."
         )

@@ -1,4 +1,4 @@
-"""The guards of grains: contacts too deep, grains beyond their walls, numbers that are none."""
+"""Guards of grains: contacts that are too deep, grains beyond their walls, invalid numbers."""
 
 import numpy as np
 
@@ -20,14 +20,14 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number{_find_culprit(motion, grains)}: the step is too "
-            f"long for what happens. {_start(run)} a smaller numerics.time_step or a lower speed."
+            f"long. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
             f"{when} a contact{_find_deepest(contacts, grains)} overlaps by "
             f"{m['largest_strain']:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: "
-            f"adhesive elastic contacts mean nothing there. {_start(run)} a lower wall "
-            "speed, an earlier stop, or a smaller numerics.time_step."
+            f"the contact model does not hold there. {_start(run)} {_name_speed(motion, sphere)}, "
+            "an earlier stop, or a smaller numerics.time_step."
         )
     _check_inside(when, motion, sphere)
 
@@ -35,6 +35,16 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
 def _start(run):
     """Sentence on the start, if it may be the cause, and the first word of what to try."""
     return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
+
+
+def _name_speed(motion, sphere):
+    """Speed to lower: that of what presses the grains, or of their impact."""
+    domain = motion.environment.domain
+    if domain.fastest_wall > 0.0:
+        return "a lower wall speed"
+    if motion.environment.closing_speed() > 0.0:
+        return "a lower strain rate"
+    return "a lower impact speed" if sphere is None else "a lower speed of the sphere"
 
 
 def _find_culprit(motion, grains):

@@ -59,12 +59,12 @@ COLLIDING = [
 
 def test_of_a_study_of_collisions_it_has_the_size_the_cost_and_the_limit_of_the_model():
     text = read_check(*COLLIDING)
-    assert "dust collide runs the 150 collisions of its last section" in text
+    assert "dust collide runs the 150 collisions of the last section" in text
     study = text.partition("\nStudy, by dust collide\n")[2]
     assert "150: 2 bodies x 3 speeds x 5 impact parameters x 5 pairs of seeds" in study
     assert re.search(r"grains of both bodies +40 to 60", study)
     assert re.search(r"side by side +at most 50 in a process", study)  # 2000 grains
-    assert "of 3 speeds, those from 100 m/s on are beyond the contact model" in study
+    assert "speeds from 100 m/s on (1 of 3) exceed the range of the contact model" in study
     assert re.search(r"run time at most +.* (min|s) to .* (min|s|h), ", study)
     found = json.loads(read_check(*COLLIDING, "--json"))["study"]
     assert (found["command"], found["runs"]) == ("dust collide", 150)
@@ -88,7 +88,7 @@ def test_of_a_continuum_it_says_particles_material_and_step():
     for line in (
         "4,752: 3,657 dust, 112 rigid, 983 fixed",
         "compressive strength Sigma                 37.12 Pa",  # p_m = 1.3 kPa at 0.15
-        "step of the method at the start            1.592 µs",  # 0.5 h / 40.82 m/s
+        "time step at the start                     1.592 µs",  # 0.5 h / 40.82 m/s
         "steps at most                              353",
     ):
         assert line in text
@@ -97,7 +97,7 @@ def test_of_a_continuum_it_says_particles_material_and_step():
 
 
 def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss():
-    """The bead of configs/trade is 5.5 spacings wide; a step of the run is 25.47 us."""
+    """The bead of configs/trade is 5.5 spacings wide; an output step is 25.47 us."""
     bead = CONFIGS / "trade/bead.yaml"
     text = read_check(bead, "--set", "stop.time=400 us")
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
@@ -113,9 +113,9 @@ def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be
     """The run takes 1.266 us: the dust at the wall is strained by 8.4 m/s already."""
     wall = CONFIGS / "guettler2009/wall_impact.yaml"
     text = read_check(wall)
-    assert "at most 1.592 µs, 8 of these at the start" in text
+    assert "at most 1.592 µs, 8 time steps at the start" in text
     assert re.search(r"at most 1.592\d* µs in place of 1 µs", text)
-    assert "run                          1 µs" in read_check(
+    assert "output step                                1 µs" in read_check(
         wall, "--set", "numerics.time_step=1 us"
     )
 

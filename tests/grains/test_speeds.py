@@ -34,7 +34,7 @@ def step_of(speed):
 def test_grains_that_would_swallow_each_other_are_refused(tmp_path, speed, step):
     """JKR ends at a tenth of a radius; at 10 km/s a head-on collision presses by several."""
     with pytest.raises(
-        DustError, match=r"may meet at .*of their radius.*Try a lower speed"
+        DustError, match=r"may collide at .*of their radius.*Try a lower speed"
     ) as caught:
         execute(from_yaml(PAIR.format(speed=speed, step=step)), tmp_path / "run")
     assert caught.value.exit_code == 2
