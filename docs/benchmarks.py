@@ -187,8 +187,8 @@ def oscillating_plate(run):
     t, z = series.time.values, series.body_position.values[:, 0, 2]
     z = z - z[0]
     K, mu = body.bulk_modulus, body.shear_ratio * body.bulk_modulus
-    g = float(run.attrs["gravity"])
-    form = closed_forms.cantilever(*body.size, body.density, K, mu, g)
+    gravity = float(run.attrs["gravity"])
+    form = closed_forms.cantilever(*body.size, body.density, K, mu, gravity)
 
     def swing(time, sag, amplitude, rate, decay, phase):
         return -sag + amplitude * np.exp(-decay * time) * np.cos(rate * time + phase)

@@ -75,15 +75,15 @@ def unload_confined(phi, m):
 
     Elastic until the axial stress has gone, which needs Sigma + 2 Y/3 < 2 Y (K + 4 mu/3)/2 mu.
     """
-    p, Y = strength.compressive(phi, m), strength.shear(phi, m)
-    reference = float(brentq(lambda r: elasticity.elastic_pressure(phi * m.rho_s, r, m) - p,
+    pressure, Y = strength.compressive(phi, m), strength.shear(phi, m)
+    reference = float(brentq(lambda r: elasticity.elastic_pressure(phi * m.rho_s, r, m) - pressure,
                              0.9 * phi * m.rho_s, phi * m.rho_s))  # fmt: skip
     K, mu = elasticity.bulk_modulus(reference, m), elasticity.shear_modulus(reference, m)
     M = K + 4.0 / 3.0 * mu
-    strain = (p + 2.0 / 3.0 * Y) / M
+    strain = (pressure + 2.0 / 3.0 * Y) / M
     if Y - 2.0 * mu * strain < -Y:
         raise ValueError(f"dust of filling factor {phi:.3g} yields before its axial stress is gone")
-    lateral = p - K * strain - (Y - 2.0 * mu * strain) / 3.0
+    lateral = pressure - K * strain - (Y - 2.0 * mu * strain) / 3.0
     pulled = -strength.tensile(phi, m) + 2.0 / 3.0 * Y
     return Turning(M, phi - strain * reference / m.rho_s, lateral, pulled)
 
@@ -160,18 +160,21 @@ def cantilever(length, height, density, K, mu, gravity):
     r2 = height**2 / (12.0 * length**2)
     s2 = E * r2 / shear
 
-    def missing(b):
-        root = np.sqrt((r2 - s2) ** 2 + 4.0 / b**2)
-        alpha, beta = (b * np.sqrt(0.5 * (sign * (r2 + s2) + root)) for sign in (-1.0, 1.0))
-        uneven = b * (r2 + s2) / np.sqrt(1.0 - b**2 * r2 * s2)
+    def missing(squared_number):
+        root = np.sqrt((r2 - s2) ** 2 + 4.0 / squared_number**2)
+        alpha, beta = (
+            squared_number * np.sqrt(0.5 * (sign * (r2 + s2) + root)) for sign in (-1.0, 1.0)
+        )
+        uneven = squared_number * (r2 + s2) / np.sqrt(1.0 - squared_number**2 * r2 * s2)
         return (
             2.0
-            + (b**2 * (r2 - s2) ** 2 + 2.0) * np.cosh(alpha) * np.cos(beta)
+            + (squared_number**2 * (r2 - s2) ** 2 + 2.0) * np.cosh(alpha) * np.cos(beta)
             - uneven * np.sinh(alpha) * np.sin(beta)
         )
 
-    b = brentq(missing, 1.0, 3.6)  # 3.516 without shear and rotation, which make it less
-    period = 2.0 * np.pi / b * length**2 * np.sqrt(12.0 * density / (E * height**2))
+    # (k length)^2 of the lowest mode: 3.516 without shear and rotation, which lower it
+    squared_number = brentq(missing, 1.0, 3.6)
+    period = 2.0 * np.pi / squared_number * length**2 * np.sqrt(12.0 * density / (E * height**2))
     load = density * gravity * height
     bending = load * length**4 / (20.0 * E * height**3 / 12.0)
     return Cantilever(period, bending + load * length**2 / (3.0 * shear * height))

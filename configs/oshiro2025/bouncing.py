@@ -29,11 +29,11 @@ def likelihoods(points, exponents):
     """
     mass, speed, pairs, bounced = points
     middles = np.linspace(mass.min() - BEYOND, mass.max() + BEYOND, 121)
-    t, s, b = np.meshgrid(middles, exponents, STEEPNESS, indexing="ij")
+    t, s, steepness = np.meshgrid(middles, exponents, STEEPNESS, indexing="ij")
     total = np.zeros(t.shape)
-    for m, v, n, k in zip(mass, speed - speed.mean(), pairs, bounced, strict=True):
-        x = b * (m - t - s * v)
-        total -= k * np.logaddexp(0.0, -x) + (n - k) * np.logaddexp(0.0, x)
+    for m, v, n, bounces in zip(mass, speed - speed.mean(), pairs, bounced, strict=True):
+        x = steepness * (m - t - s * v)
+        total -= bounces * np.logaddexp(0.0, -x) + (n - bounces) * np.logaddexp(0.0, x)
     return total, middles
 
 

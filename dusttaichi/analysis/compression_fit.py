@@ -92,7 +92,7 @@ def fit_compression(
     names = ["p_m", "delta", *free]
     if len(phi) < len(names) + 2:
         raise DustError(
-            f"The compression curve has {len(phi)} points: too few to fit {', '.join(names)}. "
+            f"The compression curve has too few points ({len(phi)}) to fit {', '.join(names)}. "
             "Compress further, or write the series more often."
         )
     half = np.interp(0.5 * (phi1 + phi2), phi, decades)

@@ -5,7 +5,7 @@ EXIT_CODES = (
     (1, "a cell of the map of `dust extremes` failed"),
     (2, "invalid input, a missing file or a full disk: something that you can correct"),
     (3, "a guard stopped a run because its numbers are no longer valid"),
-    (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
+    (130, "Ctrl-C, SIGTERM or SIGHUP; results so far are saved"),
 )
 
 CUDA_ERROR = r"CUDA_ERROR_\w+(: [^\n]*?)?(?= while calling|$)"  # in the messages of Taichi

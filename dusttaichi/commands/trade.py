@@ -81,8 +81,8 @@ def _suggest(scene):
     """Print the output of `--suggest`."""
     from dusttaichi.studies.suggest import classify_scene, list_suggestions
 
-    cheapest_settings, kind = list_suggestions(scene), classify_scene(scene)
-    say(f"cheapest settings measured for {kind}, costs in steps of accuracy: balanced:")
+    cheapest_settings, scene_class = list_suggestions(scene), classify_scene(scene)
+    say(f"cheapest settings measured for {scene_class}, costs in steps of accuracy: balanced:")
     for settings, text in cheapest_settings:
         say(f"  {settings}: {text}")
     if not cheapest_settings:

@@ -120,8 +120,8 @@ def by_workers(step_phases):
         ti.loop_config(serialize=True)
         for k in range(SYNC):
             sync[k] = 0
-        for q in range(workers * STRIDE):
-            if q % STRIDE == 0:
+        for slot in range(workers * STRIDE):
+            if slot % STRIDE == 0:
                 me, present = assemble(sync, workers)
                 steps_done, met, drifted = 0, 0, pending
                 while steps_done < steps and present > 0:

@@ -56,12 +56,12 @@ def prepare(scene, sample, *, loops=None):
     if bodies > BODIES:
         raise DustError(f"sample: {bodies} rigid bodies; allowed: {BODIES} at most.")
     execution = (loops or loops_of(scene.numerics)).execution
-    dimension, h = scene.dimension, scene.numerics.smoothing_length
+    dimension, smoothing_length = scene.dimension, scene.numerics.smoothing_length
     surfaces = find_surfaces(scene, sample, bodies)
     further = {
         "count": len(sample),
         "bodies": bodies,
-        "way2": way2_of(dimension, h),
+        "way2": way2_of(dimension, smoothing_length),
         "longest": scene.numerics.cfl * shortest_timescale(scene, sample),
     }
     return Prepared(
@@ -126,8 +126,8 @@ def ghost_count(scene, particles):
 
     1.5 times as many as an even filling has.
     """
-    h = scene.numerics.smoothing_length
-    reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
+    smoothing_length = scene.numerics.smoothing_length
+    reach, boundary = (SUPPORT + SKIN[scene.dimension]) * smoothing_length, scene.boundary
     x, ghost_fraction = particles.position, 1.0
     mirrors = [face // 2 for face in faces_of(boundary, "mirrors")]
     repeating = [AXES.index(name) for name in boundary.periodic_axes]

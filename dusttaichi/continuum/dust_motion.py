@@ -43,11 +43,11 @@ class DustMotion:
         mass = np.where(mass > 0.0, mass, np.inf)
         speed = state.of_bodies("speed") + half / mass * state.of_bodies("force")
         spin = np.zeros_like(speed)
-        for b, momentum in enumerate(self.angular_momenta()):
-            if b >= FACES:
-                inverse = state.of_bodies("inertia")[b].reshape(3, 3)
-                R = _rotation(state.of_bodies("turn")[b])
-                spin[b] = R @ inverse @ R.T @ momentum
+        for body, momentum in enumerate(self.angular_momenta()):
+            if body >= FACES:
+                inverse = state.of_bodies("inertia")[body].reshape(3, 3)
+                R = _rotation(state.of_bodies("turn")[body])
+                spin[body] = R @ inverse @ R.T @ momentum
         return speed, spin
 
     def angular_momenta(self):

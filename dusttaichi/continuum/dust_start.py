@@ -97,7 +97,7 @@ def put_particles(sample, state, rows):
         state[name] = value
     if not moves.any():
         raise DustError(
-            "sample: there is nothing that gives way; dust or what is elastic is needed"
+            "sample: all particles are rigid or fixed; dust or an elastic body is needed"
         )
 
 

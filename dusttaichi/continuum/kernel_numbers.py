@@ -35,16 +35,17 @@ class KernelNumbers:
 
 def numbers_of(scene):
     """Numbers of a step by name that follow from the scene alone."""
-    numerics, h, dimension = scene.numerics, scene.numerics.smoothing_length, scene.dimension
+    numerics, dimension = scene.numerics, scene.dimension
+    smoothing_length = numerics.smoothing_length
     stress = numerics.artificial_stress
     gravity_numbers = self_gravity(scene)
     x, y, z = (scene.gravity and scene.gravity.acceleration) or (0.0, 0.0, 0.0)
-    at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / h)
+    at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / smoothing_length)
     printed = numerics.deviator == "printed" and dimension == 2
     return {
-        "h": h,
-        "inv_h": 1.0 / h,
-        "scale": smoothing.scale(numerics.kernel, dimension, h),
+        "h": smoothing_length,
+        "inv_h": 1.0 / smoothing_length,
+        "scale": smoothing.scale(numerics.kernel, dimension, smoothing_length),
         "courant": numerics.cfl,
         "contact": numerics.viscosity.contact,
         "bulk": numerics.viscosity.bulk,
@@ -60,7 +61,7 @@ def numbers_of(scene):
         "longest": np.inf,
         "gravity": [x, z] if dimension == 2 else [x, y, z],
         "attraction": 0.0 if gravity_numbers is None else gravity_numbers.constant,
-        "soft2": h * h
+        "soft2": smoothing_length * smoothing_length
         if gravity_numbers is None or gravity_numbers.softening == "auto"
         else gravity_numbers.softening**2,
     }

@@ -31,18 +31,21 @@ def elastic_of_particles(state, gives=slice(None)):
     density, reference = (state.of_particles(name)[gives] for name in ("density", "reference"))
     volume = state.of_particles("mass")[gives] / density
     K, ratio = state.of_particles("modulus")[gives], state.of_particles("shear_ratio")[gives]
-    p, S = state.of_particles("pressure")[gives], state.of_particles("deviator")[gives]
-    d = state.dimension
-    trace = S[:, :: d + 1].sum(axis=1)
-    squares = np.sum(S * S, axis=1) + trace * trace
+    pressure, deviator = (
+        state.of_particles("pressure")[gives],
+        state.of_particles("deviator")[gives],
+    )
+    dimension = state.dimension
+    trace = deviator[:, :: dimension + 1].sum(axis=1)
+    squares = np.sum(deviator * deviator, axis=1) + trace * trace
     of_pressure, undamaged_fraction = (
         volume * path_energy(density, reference, K),
         compute_intact_fraction(state)[gives],
     )
     return np.stack(
         [
-            np.where(p >= 0.0, of_pressure, 0.0),
-            np.where(p < 0.0, undamaged_fraction * of_pressure, 0.0),
+            np.where(pressure >= 0.0, of_pressure, 0.0),
+            np.where(pressure < 0.0, undamaged_fraction * of_pressure, 0.0),
             undamaged_fraction * volume * squares / (4.0 * ratio * K),
         ],
         axis=1,

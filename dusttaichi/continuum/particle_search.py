@@ -66,7 +66,7 @@ class DustSearch:
         self.reach, self.count = SUPPORT * h + self.skin, 0
         self._write_surroundings(h)
 
-    def _write_surroundings(self, h):
+    def _write_surroundings(self, smoothing_length):
         """Write axes, reaches, images and surfaces, which stay, into fields."""
         scratch, axes = self._scratch, np.zeros((self.state.dimension, 5))
         axes[:, PLANES:] = -NOWHERE, NOWHERE
@@ -78,7 +78,7 @@ class DustSearch:
         scratch["known"].from_numpy([self.state.count])
         # particle and surface may each move by half of the skin, and the lists may be outdated by
         # as much
-        scratch["reaches"].from_numpy([self.reach, self.reach + self.skin, h])
+        scratch["reaches"].from_numpy([self.reach, self.reach + self.skin, smoothing_length])
         rigid = [(1, row) for row in self.surfaces.rigid]
         for name, rows in (("images", self.images()), ("surfaces", rigid)):
             ends = np.zeros((len(rows) + 1, scratch[name].field.shape[1]))

@@ -88,17 +88,17 @@ class DustRecorder:
         dust = state.of_particles("role") == DUST
         mass, density = state.of_particles("mass")[dust], state.of_particles("density")[dust]
         undamaged_fraction = compute_intact_fraction(state)[dust]
-        p = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
+        pressures = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
         volume = mass / density
         volume_fraction = volume / volume.sum() if len(volume) else volume
-        S = volume_fraction @ components(
+        deviator = volume_fraction @ components(
             undamaged_fraction[:, None] * state.of_particles("deviator")[dust], state.dimension
         )
-        pressure = float(volume_fraction @ p)
+        pressure = float(volume_fraction @ pressures)
         solid, total = state.material_of(dust).rho_s, mass.sum() if len(mass) else 1.0
         return {
             "pressure_mean": pressure,
-            "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+            "stress_mean": deviator - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
             "filling_factor_mean": float(mass @ (density / solid) / total),
             "damage_mean": float(mass @ (1.0 - undamaged_fraction) / total),
         }

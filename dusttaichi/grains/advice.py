@@ -9,9 +9,12 @@ FEW = 2
 """Grains up to which a run costs nothing at a quarter of the step."""
 
 
-def advice(scene, sample):
-    """Sentences for the user, one for each key to set; sample: the Sample of the scene."""
-    return [*_damping(scene), *_records(scene), *_step(scene, sample)]
+def advice(scene, sample, impact):
+    """Sentences for the user, one for each key to set.
+
+    sample: the Sample of the scene; impact: the hardest Impact at the start, or None.
+    """
+    return [*_damping(scene), *_records(scene), *_step(scene, sample, impact)]
 
 
 def _damping(scene):
@@ -43,8 +46,9 @@ def _records(scene):
             )
 
 
-def _step(scene, sample):
-    if len(sample.positions) <= FEW and scene.numerics.accuracy != "reference":
+def _step(scene, sample, impact):
+    rebounds = impact is not None and impact.energy > 1.0
+    if rebounds and len(sample.positions) <= FEW and scene.numerics.accuracy != "reference":
         if scene.numerics.time_step == "auto":
             yield (
                 "numerics.accuracy: reference for single contacts. With the default step two "

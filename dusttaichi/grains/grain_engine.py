@@ -272,7 +272,7 @@ class GrainEngine(EngineOfParts):
         materials = None if self.bodies.are_equal else " ".join([DEFAULT, *scene.materials])
         return {
             "seed": getattr(scene.sample, "seed", None),
-            "advice": "\n".join(advice(scene, self.sample)) or None,
+            "advice": "\n".join(advice(scene, self.sample, self.chosen_step.impact)) or None,
             "backend": scene.numerics.backend,
             "precision": scene.numerics.precision,
             "threads": self.stepper.threads,

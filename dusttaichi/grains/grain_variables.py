@@ -89,8 +89,8 @@ _TABLE = {
          _PHYS, "walls"),
         ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
          "start", _PHYS, "cell"),
-        ("shear_strain", "time", "1", "shear strain since the start: of the cell, or the way of "
-         "the top wall along x over the height", "", "shear"),
+        ("shear_strain", "time", "1", "shear strain since the start: of the cell, or the "
+         "displacement of the top wall along x over the height", "", "shear"),
         ("momentum", "time xyz", "kg m/s", "momentum of all grains and the sphere", "", "open"),
         ("angular_momentum", "time xyz", "kg m^2/s", "angular momentum of all grains and the "
          "sphere about the origin, spins included", "", "open"),
@@ -162,7 +162,7 @@ _TABLE = {
          "sphere snapshots"),
         ("sphere_force", "snapshot xyz", "N", "force of the grains on the sphere at that moment",
          _PHYS, "sphere snapshots"),
-        ("tilt", "snapshot", "m", "how much further along x the image above the cell stands", "",
+        ("tilt", "snapshot", "m", "shift along x of the image above the cell", "",
          "tilt snapshots"),
         *((f"{row}_count", "snapshot", "1", f"rows of /{row}s that belong to the snapshot", "",
            f"{needs}snapshots contacts") for row, needs in _KINDS.items()),

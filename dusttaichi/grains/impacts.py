@@ -45,8 +45,8 @@ class Impact:
         if self.speed < NEAR * self.model_end:
             return []
         return [
-            f"impact speed of two grains: {self.text()}. JKR contacts are elastic: they neither flatten nor "
-            "break grains"
+            f"impact speed of two grains: {self.text()}. JKR contacts are elastic: they neither "
+            "flatten nor break grains"
         ]
 
 

@@ -38,7 +38,7 @@ def preview(scene):
     sections.append(("Time step", _step(step)))
     if texts := short_loads(scene, step.dt):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
-    if texts := advice(scene, sample):
+    if texts := advice(scene, sample, step.impact):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(preparation))]))
     return Preview(sections, len(sample), step.dt, domain.plan_stages(scene))

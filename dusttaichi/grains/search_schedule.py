@@ -215,7 +215,7 @@ class Search:
         problem, time = self._state.overflow, self._environment.time
         if problem == 1:
             raise GuardStop(
-                f"At {time:.6g} µs some grain has more neighbours than can stand around it: "
+                f"At {time:.6g} µs some grain has more neighbours than fit around it: "
                 "grains overlap without limit. Try a smaller numerics.time_step, a lower speed, "
                 "or a smaller numerics.skin."
             )

@@ -233,7 +233,7 @@ def defer_import(reference: str) -> Callable[..., Any]:
 def list_rows(name: str, of_method: Method | None = None) -> list[Any]:
     """List the `observables` or `figures` (name) of a method (default: of all), imported."""
     methods = list(METHODS.values()) if of_method is None else [of_method]
-    objects = [attribute(entry) for each in methods for entry in getattr(each, name)]
+    objects = [attribute(entry) for method in methods for entry in getattr(method, name)]
     return [row for entry in objects for row in (entry if isinstance(entry, tuple) else (entry,))]
 
 

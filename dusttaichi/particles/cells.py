@@ -203,19 +203,19 @@ class Cells:
         n = ti.static(self.n)
         cells, cell, number_left = self.along(grid), begin, number
         image = ti.Vector.zero(ti.f64, n)
-        for b in ti.static(range(n - 1, -1, -1)):
-            if ti.static(b == 0):
-                cell[b] += cut
-            elif ti.static(b == 1 and n - self.columns > 1):
-                cell[b] += number_left
-            elif ti.static(b < n - 1 or not self.columns):
-                cell[b] += number_left % size[b]
-                number_left //= size[b]
-            if ti.static(b in self.periodic):
-                turn = ti.cast(cell[b] >= cells[b], ti.i32) - ti.cast(cell[b] < 0, ti.i32)
-                cell[b] -= turn * cells[b]
-                image[b] += turn * grid.edges[b]
-                if ti.static(self.tilted and b == 2):
+        for axis in ti.static(range(n - 1, -1, -1)):
+            if ti.static(axis == 0):
+                cell[axis] += cut
+            elif ti.static(axis == 1 and n - self.columns > 1):
+                cell[axis] += number_left
+            elif ti.static(axis < n - 1 or not self.columns):
+                cell[axis] += number_left % size[axis]
+                number_left //= size[axis]
+            if ti.static(axis in self.periodic):
+                turn = ti.cast(cell[axis] >= cells[axis], ti.i32) - ti.cast(cell[axis] < 0, ti.i32)
+                cell[axis] -= turn * cells[axis]
+                image[axis] += turn * grid.edges[axis]
+                if ti.static(self.tilted and axis == 2):
                     image[0] += turn * grid.tilt
         first = self.number(cell, grid)
         return first, first + (size[n - 1] if ti.static(self.columns) else 1), image
@@ -247,29 +247,31 @@ class Sort:
         threads they are in order.
         """
         ti.loop_config(serialize=self.light)
-        for k in range(loop_length(self.count(), self.room)):
-            if is_idle(k, self.count()):
+        for particle in range(loop_length(self.count(), self.room)):
+            if is_idle(particle, self.count()):
                 continue
-            c = self.cell(k, grid)
-            self.cell_of[k] = c
-            if c >= 0:
-                ti.atomic_add(self.placeless[c], 1)
+            cell = self.cell(particle, grid)
+            self.cell_of[particle] = cell
+            if cell >= 0:
+                ti.atomic_add(self.placeless[cell], 1)
         self.scan.exclusive(
             self.placeless, self.first, loop_length(self.cells() + 1, self.first_capacity)
         )
         ti.loop_config(serialize=self.light)
-        for q in range(loop_length(self.count(), self.room)):
-            if is_idle(q, self.count()):
+        for rank in range(loop_length(self.count(), self.room)):
+            if is_idle(rank, self.count()):
                 continue
-            k = self.count() - 1 - q
-            c = self.cell_of[k]
-            if c >= 0:
-                self.member[self.first[c] + ti.atomic_sub(self.placeless[c], 1) - 1] = k
+            particle = self.count() - 1 - rank
+            cell = self.cell_of[particle]
+            if cell >= 0:
+                self.member[self.first[cell] + ti.atomic_sub(self.placeless[cell], 1) - 1] = (
+                    particle
+                )
         if ti.static(self.disordered):
-            for c in range(loop_length(self.cells(), self.first_capacity - 1)):
-                if is_idle(c, self.cells()):
+            for cell in range(loop_length(self.cells(), self.first_capacity - 1)):
+                if is_idle(cell, self.cells()):
                     continue
-                self.put_in_order(self.first[c], self.first[c + 1])
+                self.put_in_order(self.first[cell], self.first[cell + 1])
 
     @ti.func
     def put_in_order(self, begin, end):

@@ -18,18 +18,18 @@ def find_cell_edges(frame):
     wall = present & ~frame.periodic[:, None]
     segments, dashed = [], []
     for axis in range(3):
-        b, c = (axis + 1) % 3, (axis + 2) % 3
+        second, third = (axis + 1) % 3, (axis + 2) % 3
         for side in np.ndindex(2, 2):
-            if not (present[b, side[0]] or present[c, side[1]]):
+            if not (present[second, side[0]] or present[third, side[1]]):
                 continue
             segment = np.empty((2, 3))
             segment[:, axis] = ends[axis]
-            segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
+            segment[:, second], segment[:, third] = ends[second, side[0]], ends[third, side[1]]
             if frame.tilt:  # sheared about its centre
                 height = (segment[:, 2] - ends[2, 0]) / (ends[2, 1] - ends[2, 0])
                 segment[:, 0] += frame.tilt * (height - 0.5)
             segments.append(segment)
-            dashed.append(not (wall[b, side[0]] or wall[c, side[1]]))
+            dashed.append(not (wall[second, side[0]] or wall[third, side[1]]))
     return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
 
 

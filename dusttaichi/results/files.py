@@ -207,10 +207,12 @@ def clone(source: str | Path, target: str | Path) -> None:
     """Copy a file, sharing its blocks where the file system can. Raises OSError."""
     if hasattr(os, "copy_file_range"):
         try:
-            with open(source, "rb") as a, open(target, "wb") as b:
-                remaining = os.fstat(a.fileno()).st_size
+            with open(source, "rb") as source_file, open(target, "wb") as target_file:
+                remaining = os.fstat(source_file.fileno()).st_size
                 while remaining > 0:
-                    copied = os.copy_file_range(a.fileno(), b.fileno(), remaining)
+                    copied = os.copy_file_range(
+                        source_file.fileno(), target_file.fileno(), remaining
+                    )
                     if copied == 0:
                         break
                     remaining -= copied

@@ -98,24 +98,24 @@ class WaitingRecords:
 
     def take(self) -> Rows:
         """Remove all records: group -> name -> array. Raises ValueError for wrong ragged rows."""
-        taken = {
+        records_by_group = {
             group: {name: _concatenate([b[name] for b in blocks]) for name in blocks[0]}
             for group, blocks in self._blocks.items()
             if blocks
         }
         for group, count in ragged_groups(self._layout).items():
-            counted, rows = taken.get(count.group, {}).get(count.name), self.rows(group)
+            counted, rows = records_by_group.get(count.group, {}).get(count.name), self.rows(group)
             expected = 0 if counted is None else counted.sum()
             if expected != rows:
                 raise ValueError(
                     f"{group} has {rows} rows since the last flush, {count.name} {expected}"
                 )
         self._blocks = {group: [] for group in self._blocks}
-        return taken
+        return records_by_group
 
-    def put_back(self, taken: Rows) -> None:
-        """Records that `take` removed, before those that have come since."""
-        for group, block in taken.items():
+    def put_back(self, records_by_group: Rows) -> None:
+        """Put records that `take` removed before those that have come since."""
+        for group, block in records_by_group.items():
             self._blocks[group].insert(0, block)
 
 

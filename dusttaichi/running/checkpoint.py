@@ -96,11 +96,11 @@ def _compact(a: NDArray[Any]) -> tuple[int, list[NDArray[Any]]]:
     values, counts = np.unique(bits[:: -(-len(a) // PROBES)], return_counts=True)
     if counts.max() < (1.0 - FEW) * counts.sum():
         return ALL, [a]
-    most = values[[counts.argmax()]]
-    places = np.flatnonzero(bits != most)
-    if len(places) > FEW * len(a):
+    commonest = values[[counts.argmax()]]
+    exceptional = np.flatnonzero(bits != commonest)
+    if len(exceptional) > FEW * len(a):
         return ALL, [a]
-    return len(places), [most.view(a.dtype), places.astype(np.int64), a[places]]
+    return len(exceptional), [commonest.view(a.dtype), exceptional.astype(np.int64), a[exceptional]]
 
 
 def _restore(
@@ -110,11 +110,11 @@ def _restore(
     if exceptions == ALL:
         stored = np.frombuffer(raw, dtype, np.prod(shape, dtype=np.int64), start)
         return stored.reshape(shape).copy(), start + stored.nbytes
-    most = np.frombuffer(raw, dtype, 1, start)
-    places = np.frombuffer(raw, np.int64, exceptions, start := start + most.nbytes)
-    values = np.frombuffer(raw, dtype, exceptions, start := start + places.nbytes)
-    array = np.full(shape, most[0])
-    array.reshape(-1)[places] = values
+    commonest = np.frombuffer(raw, dtype, 1, start)
+    exceptional = np.frombuffer(raw, np.int64, exceptions, start := start + commonest.nbytes)
+    values = np.frombuffer(raw, dtype, exceptions, start := start + exceptional.nbytes)
+    array = np.full(shape, commonest[0])
+    array.reshape(-1)[exceptional] = values
     return array, start + values.nbytes
 
 

@@ -27,20 +27,23 @@ def next_step(interval: Interval | None, clock: Clock, step: int) -> int:
         return (step // interval.steps + 1) * interval.steps
     if interval.time is not None:
         every = clock.steps(interval.time)
-        k = floor((step + 0.5) / every) + 1
-        while (next_due := floor(k * every + 0.5)) <= step:
-            k += 1
+        multiple = floor((step + 0.5) / every) + 1
+        while (next_due := floor(multiple * every + 0.5)) <= step:
+            multiple += 1
         return next_due
     if interval.strain is not None:
-        k = floor(clock.strain_at(step) / interval.strain) + 1
-        while (next_due := clock.step_of_strain(k * interval.strain)) <= step:
-            k += 1
+        multiple = floor(clock.strain_at(step) / interval.strain) + 1
+        while (next_due := clock.step_of_strain(multiple * interval.strain)) <= step:
+            multiple += 1
         return next_due
     sign, change = -1 if clock.fills(-1) else 1, cast(float, interval.filling_factor)
-    k = floor(sign * clock.filling_factor_at(step) / change) + 1
-    while k != 0 and (next_due := clock.step_of_filling_factor(sign * k * change)) <= step:
-        k += 1
-    return next_due if k != 0 else NEVER
+    multiple = floor(sign * clock.filling_factor_at(step) / change) + 1
+    while (
+        multiple != 0
+        and (next_due := clock.step_of_filling_factor(sign * multiple * change)) <= step
+    ):
+        multiple += 1
+    return next_due if multiple != 0 else NEVER
 
 
 def next_record(interval: Interval | None, clock: Clock, step: int, first: int) -> int:
@@ -49,9 +52,13 @@ def next_record(interval: Interval | None, clock: Clock, step: int, first: int) 
     The first record is at least half an interval long: an average over a few steps has the peak
     with which a wall starts to move.
     """
-    due = next_step(interval, clock, step)
-    following = next_step(interval, clock, due) if due < NEVER else NEVER
-    return following if following < NEVER and 2 * (due - first) < following - due else due
+    due_step = next_step(interval, clock, step)
+    following = next_step(interval, clock, due_step) if due_step < NEVER else NEVER
+    return (
+        following
+        if following < NEVER and 2 * (due_step - first) < following - due_step
+        else due_step
+    )
 
 
 def bytes_of(records: Iterable[tuple[str, Mapping[str, Any]]]) -> int:

@@ -95,7 +95,7 @@ def _remark_on_faces(sample: Sample, materials: Materials) -> Sample:
         return sample
     text = (
         f"sample: {cut:,} of its {total:,} contacts {'is' if cut == 1 else 'are'} across faces of "
-        "its cell, which this scene does not have, and lost. What keeps them: sample.keep: [box] "
+        "its cell, which this scene does not have, and lost. To keep them: sample.keep: [box] "
         "with a periodic boundary, or sample.fragment: largest, put together across the faces"
     )
     return _with_remark(sample, text)
@@ -107,9 +107,14 @@ def _with_remark(sample: Sample, text: str) -> Sample:
 
 
 def _remark_on_gaps(sample: Sample, scene: AnyScene) -> Sample:
-    """The sample, with a remark if no two grains touch: a unit or a radius may be wrong."""
+    """The sample, with a remark if no two grains touch: a unit or a radius may be wrong.
+
+    Grains of the YAML that move relative to each other are apart on purpose.
+    """
     touching = sample.info.get("touching", {}).get("contacts", 0)  # across faces too
     if len(sample) < 2 or touching or sample.info.get("coordination") != 0.0:
+        return sample
+    if getattr(scene.sample, "file", None) is None and np.ptp(sample.velocities, axis=0).any():
         return sample
     radius = scene.material.radius if sample.radii is None else sample.radii
     gap = smallest_gap(sample.positions, radius)

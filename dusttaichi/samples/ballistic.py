@@ -237,7 +237,7 @@ def grow_clusters(
     grains: Grains,
     rng: np.random.Generator,
     mass_ratio: float = 1.0,
-    report: Callable[[int, int], object] = lambda done, total: None,
+    report: Callable[[int, int], object] = lambda count, total: None,
 ) -> np.ndarray:
     """Grow centres (N, 3) [m] about their mean by cluster-cluster aggregation of any grains.
 

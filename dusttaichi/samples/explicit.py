@@ -292,11 +292,11 @@ def check_apart(positions: np.ndarray, radius: float | NDArray[np.float64], orig
     both = radii[i] + radii[j]
     relative_distance = distance / both
     if np.min(relative_distance, initial=np.inf) < CLOSEST:
-        k = int(np.argmin(relative_distance))
+        closest = int(np.argmin(relative_distance))
         raise DustError(
-            f"{origin}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart, "
-            f"{relative_distance[k]:.3g} diameters; allowed: at least {CLOSEST} diameters (mean "
-            "of both), "
-            f"{CLOSEST * both[k] * 1e6:g} µm, between centres. Are the lengths in the unit you "
-            "meant?"
+            f"{origin}: grains {i[closest]} and {j[closest]} (from 0) are "
+            f"{distance[closest] * 1e6:g} µm apart, {relative_distance[closest]:.3g} diameters; "
+            f"allowed: at least {CLOSEST} diameters (mean of both), "
+            f"{CLOSEST * both[closest] * 1e6:g} µm, between centres. Are the lengths in the unit "
+            "you meant?"
         )

@@ -23,12 +23,12 @@ def join_members(members: Sequence[Sample], radius: float) -> Sample:
     """
     unequal = any(sample.radii is not None or sample.materials is not None for sample in members)
     fields = ("positions", "velocities", "spins")
-    joined = {n: np.concatenate([getattr(one, n) for one in members]) for n in fields}
+    joined = {n: np.concatenate([getattr(member, n) for member in members]) for n in fields}
     grains = join_grains(members, [radius if s.radii is None else s.radii for s in members])
     bodies = [[s.info["target_grains"], len(s) - s.info["target_grains"]] for s in members]
     info = {"members": bodies} | (dict(members[0].info) if len(members) == 1 else {})
-    parts: dict[str, Any] = joined | (grains if unequal else {})
-    return Sample(**parts, contacts=join_contacts(members), info=info)
+    arrays: dict[str, Any] = joined | (grains if unequal else {})
+    return Sample(**arrays, contacts=join_contacts(members), info=info)
 
 
 def join_grains(samples: Sequence[Sample], radii: Sequence[Any]) -> dict[str, np.ndarray]:

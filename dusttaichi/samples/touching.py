@@ -275,10 +275,10 @@ def _describe_deep_overlaps(
     both = grains.radii[i] + grains.radii[j]
     overlap, equilibrium_overlap = both - grains.distances(x, i, j), both - grains.rest(i, j)
     times = overlap / equilibrium_overlap
-    k = int(np.argmax(times))
-    if times[k] < DEEP:
+    deepest = int(np.argmax(times))
+    if times[deepest] < DEEP:
         return ""
-    relative_overlap = overlap[k] / both[k]
+    relative_overlap = overlap[deepest] / both[deepest]
     deep = np.count_nonzero(times > DEEP)
     which = "1 contact overlaps" if len(i) == 1 else f"{deep:,} of {len(i):,} contacts overlap"
     key = ""
@@ -287,8 +287,7 @@ def _describe_deep_overlaps(
         key = (f". If the grains should just touch, sample.touch_within: {within} puts "
                "them into equilibrium contact")  # fmt: skip
     return (
-        f"{which} by more than {DEEP:g} times the overlap in equilibrium (grains {i[k]} and "
-        f"{j[k]}: {_format_length(overlap[k])}, {relative_overlap:.2g} of their diameter, "
-        f"{times[k]:.3g} times): "
-        f"they push the grains apart{key}"
+        f"{which} by more than {DEEP:g} times the overlap in equilibrium (grains {i[deepest]} and "
+        f"{j[deepest]}: {_format_length(overlap[deepest])}, {relative_overlap:.2g} of their "
+        f"diameter, {times[deepest]:.3g} times): they push the grains apart{key}"
     )

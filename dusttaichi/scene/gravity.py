@@ -136,8 +136,10 @@ def refuse_periodic(gravity: GravityField, axes: tuple[str, ...]) -> Faults:
         text = "a cell is repeated, and a point is not; use kind: open or box"
         yield "central", text
         return
-    for n, (axis, g) in enumerate(zip(AXES, gravity.acceleration or (0.0,) * 3, strict=True)):
-        if g and axis in axes:
+    for n, (axis, component) in enumerate(
+        zip(AXES, gravity.acceleration or (0.0,) * 3, strict=True)
+    ):
+        if component and axis in axes:
             text = (
                 f"the cell is periodic along {axis}: what falls across a face would fall for ever; "
                 "give 0 there, or leave the axis out of boundary.axes"

@@ -111,8 +111,8 @@ class _DampingWord:
 def _validate_damping(value: Any) -> Block | None:
     """Block of a registered law of the damping; pydantic lists the allowed names of others."""
     name = value.get("model") if isinstance(value, dict) else getattr(value, "model", None)
-    known = isinstance(name, str) and name in effect_registry.names("damping")
-    return validate_law(effect_registry, "damping", value, "model") if known else None
+    is_registered = isinstance(name, str) and name in effect_registry.names("damping")
+    return validate_law(effect_registry, "damping", value, "model") if is_registered else None
 
 
 class _Effects:

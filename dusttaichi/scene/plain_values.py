@@ -33,7 +33,7 @@ def write_text(data: Any) -> str:
 def without_numpy(value: Any) -> Any:
     """A value of Python as plain data: of arrays lists, of NumPy's numbers those of Python."""
     return to_jsonable_python(
-        value, fallback=lambda other: other.tolist() if hasattr(other, "tolist") else repr(other)
+        value, fallback=lambda item: item.tolist() if hasattr(item, "tolist") else repr(item)
     )
 
 

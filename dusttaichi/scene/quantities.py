@@ -189,8 +189,8 @@ def parse(value: Any, dimension: str, label: str = "value") -> float:
         return _convert(value, dimension)
     except ValueError as error:
         reason, definition = f"{error}; " if str(error) else "", DIMENSIONS[dimension]
-        needed = f'{definition.name} is needed, for example "{definition.example}"'
-        raise DustError(f"{label} = {value!r}: {reason}{needed}") from None
+        allowed = f'{definition.name} is needed, for example "{definition.example}"'
+        raise DustError(f"{label} = {value!r}: {reason}{allowed}") from None
 
 
 def _format_mantissa(number: Decimal) -> str:

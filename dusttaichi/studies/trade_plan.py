@@ -15,7 +15,7 @@ from dusttaichi.studies.scene_settings import find_keys
 
 QUICK_LEVELS = 3  # of a parameter
 QUICK_SEEDS, SEEDS = 2, 4
-ALL_METHODS = [method.attribute(each.trade_parameters) for each in method.METHODS.values()]
+ALL_METHODS = [method.attribute(entry.trade_parameters) for entry in method.METHODS.values()]
 NAMES = tuple(row.name for parameters in ALL_METHODS if parameters for row in parameters.parameters)
 
 

@@ -18,7 +18,7 @@ def make_engine(*, wall=0.0, closing=0.0):
     contacts = SimpleNamespace(
         measure_pairs=lambda: pairs, grain_count=2, smaller_radius=lambda i, j: np.ones(1)
     )
-    run = SimpleNamespace(step=3, time=1e-6, dt=1e-9, suspect="")
+    run = SimpleNamespace(step=3, time=1e-6, units=lambda name: 1.0, suspect="")
     measurement = SimpleNamespace(parts=parts, energy=1.0)
     return measurement, run, SimpleNamespace(environment=environment), contacts
 

@@ -166,7 +166,7 @@ DUST = Family(
                    figure="deceleration"),
         Observable(name="depth_problem", title="depth", unit="", column=None,
                    about="why there is no depth",
-                   value=lambda found: found.get("stop_problem")),
+                   value=lambda numbers: numbers.get("stop_problem")),
         Observable(name="depth", title="depth", unit="m", text=_scale_text(1e3, ".3f", "mm"),
                    reason_row="stop_problem", column=None, figure="deceleration"),
         Observable(name="depth_weightless", title="… with g t^2/2 taken away", unit="m",

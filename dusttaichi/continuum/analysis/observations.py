@@ -204,17 +204,20 @@ def _curves(tests):
         for number, segment in enumerate(test.segments):
             if segment.kind == "rest" and number and test.segments[number - 1].kind == "press":
                 last = slice(-max(len(segment.stress) // 3, 1), None)
-                p, q = segment.pressure[last].mean(), segment.difference[last].mean()
-                if p > 0 and q > 0:
-                    points[0.0][float(segment.phi[-1])] = {"p": p, "q": q}
+                mean_stress = segment.pressure[last].mean()
+                difference = segment.difference[last].mean()
+                if mean_stress > 0 and difference > 0:
+                    points[0.0][float(segment.phi[-1])] = {"p": mean_stress, "q": difference}
         for rate, of_rate in points.items():
             complete_points = sorted(
                 (phi, v["p"], v["q"]) for phi, v in of_rate.items() if len(v) == 2
             )
             if complete_points:
-                phi, p, q = np.array(complete_points).T
-                axial = p + 2.0 / 3.0 * q
-                drawn_curves.append(Curve(test.name, test.seed, test.grains, rate, phi, p, axial))
+                phi, mean_stress, difference = np.array(complete_points).T
+                axial = mean_stress + 2.0 / 3.0 * difference
+                drawn_curves.append(
+                    Curve(test.name, test.seed, test.grains, rate, phi, mean_stress, axial)
+                )
     return drawn_curves
 
 

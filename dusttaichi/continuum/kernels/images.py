@@ -1,20 +1,20 @@
 """Contact of dust with faces and rigid bodies: mirror images behind their surfaces.
 
-A rigid surface bounds what each particle i near it sees by the images k' of its neighbours k and of
-itself. For a pair (i, k) the mirror is a plane, its normal n the mean of both normals, from which
+A rigid surface bounds what each particle i near it sees by the images j' of its neighbours j and of
+itself. For a pair (i, j) the mirror is a plane, its normal n the mean of both normals, from which
 they are as far on average as from the surface,
 
-    x_i - x_k' = x_ik - n (n.x_ik) + n (d_i + d_k),
+    x_i - x_j' = x_ij - n (n.x_ij) + n (d_i + d_j),
 
-the same for (k, i'), and exact where the surface is flat. Relative to the rigid motion v_R the
+the same for (j, i'), and exact where the surface is flat. Relative to the rigid motion v_R the
 image moves the opposite way (no slip: the velocity continues as an odd function across the
 surface):
 
-    v_i - v_k' = w_i + w_k + Omega x (x_i - x_k'),  w = v - v_R(x).
+    v_i - v_j' = w_i + w_j + Omega x (x_i - x_j'),  w = v - v_R(x).
 
 L is thus exact for every velocity that is linear in the distance, and for the motion of the body
-itself. The forces are the adjoint: the power of the stress of i, V_i Q_i : V_k' (v_k' - v_i) (x)
-grad W, has the force T = V_i V_k' Q_i grad W on i and on k, and -T on the body, at x_k' and at x_k.
+itself. The forces are the adjoint: the power of the stress of i, V_i Q_i : V_j' (v_j' - v_i) (x)
+grad W, has the force T = V_i V_j' Q_i grad W on i and on j, and -T on the body, at x_j' and at x_j.
 So the power of the forces equals the stress power, and momentum and angular momentum are conserved.
 
 An open contact has no images, for each particle separately: those of its own sums. Images behind
@@ -40,18 +40,18 @@ class Images:
         self.slope, self.rigid, self.n = slope, rigid, layout.dimension
 
     @ti.func
-    def apart(self, arm_i, arm_k, touch_i, touch_k, numbers: ti.template()):
-        """(x_i - x_k', n) of a pair as (3,) each, and True where the image is in reach.
+    def apart(self, arm_i, arm_j, touch_i, touch_j, numbers: ti.template()):
+        """(x_i - x_j', n) of a pair as (3,) each, and True where the image is in reach.
 
         It is not where the surface turns away by more than a right angle between them. arm: from
         the centre; touch: distance and normal, (4,).
         """
         n_i = ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
-        n_k = ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
-        between, n, away = arm_i - arm_k, n_i, touch_i[0] + touch_k[0]
-        near = away < 2.0 * numbers.h and n_i.dot(n_k) > 0.0
+        n_j = ti.Vector([touch_j[1], touch_j[2], touch_j[3]])
+        between, n, away = arm_i - arm_j, n_i, touch_i[0] + touch_j[0]
+        near = away < 2.0 * numbers.h and n_i.dot(n_j) > 0.0
         if near:
-            n = (n_i + n_k).normalized()
+            n = (n_i + n_j).normalized()
             between += (away - n.dot(between)) * n
             near = between.norm_sqr() < 4.0 * numbers.h * numbers.h
         return between, n, near
@@ -88,12 +88,12 @@ class Images:
         spin = self.rigid.vector(row, COLUMN.spin)
         begin, end = self.blocks.begin(i), self.blocks.end(i)
         for m in range(begin, end + 1):
-            k, fraction, between, _, near = self.image(i, m, row, arm, touch, numbers)
+            j, fraction, between, _, near = self.image(i, m, row, arm, touch, numbers)
             if near:
-                arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
-                weight = fraction * self.f.volume[k]
+                arm_j = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[j])
+                weight = fraction * self.f.volume[j]
                 weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
-                u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
+                u = w_i + self.f.v[j] - self.rigid.motion(row, arm_j)
                 u += self.rigid.flat(spin.cross(between))
                 d = self.rigid.flat(between)
                 for a, b in ti.static(ti.ndrange(n, n)):
@@ -109,25 +109,25 @@ class Images:
     def image(self, i, m, row, arm, touch: ti.template(), numbers: ti.template()):
         """The image behind a surface of entry m of the list of particle i; of i itself behind all.
 
-        (k, share, x_i - x_k', n, near): particle, the share of the surface, normal of the mirror,
+        (j, share, x_i - x_j', n, near): particle, the share of the surface, normal of the mirror,
         and True where particle and image are in reach, and not only in that of another one of the
         block.
         """
-        k, near = i, m == self.blocks.end(i)
+        j, near = i, m == self.blocks.end(i)
         if not near:
-            k = self.lists.near[m]
+            j = self.lists.near[m]
             # most neighbours are too far from all surfaces
-            if touch[0] + self.f.clearance[k] < 2.0 * numbers.h:
-                far = (self.f.x[i] - self.f.x[k]).norm_sqr()
-                near = k != i and far < 4.0 * numbers.h * numbers.h
+            if touch[0] + self.f.clearance[j] < 2.0 * numbers.h:
+                far = (self.f.x[i] - self.f.x[j]).norm_sqr()
+                near = j != i and far < 4.0 * numbers.h * numbers.h
         fraction, between, normal = 0.0, ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
         if near:
-            arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
-            touch_k = self.rigid.surface(row, arm_k, numbers.h)
-            between, normal, near = self.apart(arm, arm_k, touch, touch_k, numbers)
+            arm_j = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[j])
+            touch_j = self.rigid.surface(row, arm_j, numbers.h)
+            between, normal, near = self.apart(arm, arm_j, touch, touch_j, numbers)
             if near:
-                fraction = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-        return k, fraction, between, normal, near
+                fraction = self.rigid.share(row, 0.5 * (touch[0] + touch_j[0]))
+        return j, fraction, between, normal, near
 
     @ti.func
     def push(self, i, numbers: ti.template()):
@@ -147,10 +147,10 @@ class Images:
                 if touch[0] < 2.0 * numbers.h:
                     begin, end = self.blocks.begin(i), self.blocks.end(i)
                     for m in range(begin, end + 1):
-                        k, fraction, between, n, near = self.image(i, m, row, arm, touch, numbers)
+                        j, fraction, between, n, near = self.image(i, m, row, arm, touch, numbers)
                         if near:
-                            base = fraction * self.f.volume[i] * self.f.volume[k]
-                            pair = self.pair(i, k, e, base, arm, between, n, numbers)
+                            base = fraction * self.f.volume[i] * self.f.volume[j]
+                            pair = self.pair(i, j, e, base, arm, between, n, numbers)
                             stress += pair[0]
                             viscous += pair[1]
                             grid += pair[2]
@@ -158,42 +158,42 @@ class Images:
         return stress, viscous, grid, power
 
     @ti.func
-    def pair(self, i, k, e, base, arm, between, n, numbers: ti.template()):
-        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each.
+    def pair(self, i, j, e, base, arm, between, n, numbers: ti.template()):
+        """Forces on i of its images with j (stress, viscous, grid): T_ij + T_ji each.
 
-        And the power of both viscosities. base: product of both volumes; between, n: x_i - x_k' and
+        And the power of both viscosities. base: product of both volumes; between, n: x_i - x_j' and
         the normal of the mirror, (3,) both. The load on the surface is added to that of touch e.
         """
         row = self.lists.touch_row[e]
-        arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
+        arm_j = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[j])
         stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         r2 = between.norm_sqr()
         weight = base * self.slope(r2, numbers.inv_h, numbers.scale)
         spin = self.rigid.vector(row, COLUMN.spin)
         w = self.f.v[i] - self.rigid.motion(row, arm)
-        w += self.f.v[k] - self.rigid.motion(row, arm_k)
+        w += self.f.v[j] - self.rigid.motion(row, arm_j)
         mirrored = 2.0 * n.dot(between) * n - between
-        d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
+        d, d_j = self.rigid.flat(between), self.rigid.flat(mirrored)
         u = w + self.rigid.flat(spin.cross(between))
-        u_k = w + self.rigid.flat(spin.cross(mirrored))
-        weight_i, weight_k = weight * self.is_closed(i, row), weight * self.is_closed(k, row)
+        u_j = w + self.rigid.flat(spin.cross(mirrored))
+        weight_i, weight_j = weight * self.is_closed(i, row), weight * self.is_closed(j, row)
         closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
-        mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
-        middle = 2.0 * arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k]) - between
+        mu, mu_j = ti.min(u.dot(d), 0.0) * closing, ti.min(u_j.dot(d_j), 0.0) * closing
+        middle = 2.0 * arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[j]) - between
         stress += weight_i * (tensors.matrix(self.f.flux[i], self.n) @ d)
-        viscous += weight_i * self.resistance(i, k, mu) * d
+        viscous += weight_i * self.resistance(i, j, mu) * d
         grid += weight_i * self.noise(i, u, d, numbers)
         if ti.static(self.layout.heat):
             power += (viscous + grid).dot(u)
-        # twice on the body, at the place of k and at that of its image: the mean of both arms
+        # twice on the body, at the place of j and at that of its image: the mean of both arms
         for component, force in ti.static(enumerate((stress, viscous, grid))):
             self.note(e, component, self.rigid.raise_to_space(force), middle)
-        stress += weight_k * (tensors.matrix(self.f.flux[k], self.n) @ d_k)
-        of_pairs = weight_k * self.resistance(i, k, mu_k) * d_k
-        of_noise = weight_k * self.noise(k, u_k, d_k, numbers)
+        stress += weight_j * (tensors.matrix(self.f.flux[j], self.n) @ d_j)
+        of_pairs = weight_j * self.resistance(i, j, mu_j) * d_j
+        of_noise = weight_j * self.noise(j, u_j, d_j, numbers)
         if ti.static(self.layout.heat):
-            power += (of_pairs + of_noise).dot(u_k)
+            power += (of_pairs + of_noise).dot(u_j)
         viscous += of_pairs
         grid += of_noise
         return stress, viscous, grid, power
@@ -213,17 +213,17 @@ class Images:
         return numbers.grid * numbers.h * shear
 
     @ti.func
-    def resistance(self, i, k, mu):
+    def resistance(self, i, j, mu):
         """Half of alpha rho c mu - beta rho mu^2 of a pair (forces) [Pa].
 
         Two of these act on each pair. mu: speed of approach, negative.
         """
         out = 0.0
         if ti.static(self.layout.viscous):
-            alpha = ti.max(self.f.alpha[i], self.f.alpha[k])
-            beta = ti.max(self.f.beta[i], self.f.beta[k])
-            linear = alpha * (self.f.impedance[i] + self.f.impedance[k])
-            out = 0.25 * (linear - beta * (self.f.density[i] + self.f.density[k]) * mu) * mu
+            alpha = ti.max(self.f.alpha[i], self.f.alpha[j])
+            beta = ti.max(self.f.beta[i], self.f.beta[j])
+            linear = alpha * (self.f.impedance[i] + self.f.impedance[j])
+            out = 0.25 * (linear - beta * (self.f.density[i] + self.f.density[j]) * mu) * mu
         return out
 
     @ti.func

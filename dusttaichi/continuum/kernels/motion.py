@@ -106,7 +106,7 @@ class Motion:
             self.attraction.note(i)
 
     @ti.func
-    def answer_ghost(self, i, g, image):
+    def answer_ghost(self, i, ghost, image):
         """Copy the results of the first pass to image number g of particle i, particle `image`."""
         n, sign = ti.static(self.n, self.lists.ghost_sign)
         for field, length in ti.static(self.answers):
@@ -114,9 +114,9 @@ class Motion:
                 field[image] = field[i]
             for k in ti.static(range(length)):
                 if ti.static(length == n):
-                    field[image][k] = sign[g, k] * field[i][k]
+                    field[image][k] = sign[ghost, k] * field[i][k]
                 else:
-                    field[image][k] = sign[g, k // n] * sign[g, k % n] * field[i][k]
+                    field[image][k] = sign[ghost, k // n] * sign[ghost, k % n] * field[i][k]
 
     # -- faces and rigid bodies ------------------------------------------------------------------
 
@@ -132,7 +132,7 @@ class Motion:
         return is_due
 
     @ti.func
-    def move_body(self, b, numbers: ti.template()):
+    def move_body(self, row, numbers: ti.template()):
         """Kick and drift of face or rigid body b; impulse, and work of the faces.
 
         Returns 1 where a search is due because of it.
@@ -141,30 +141,32 @@ class Motion:
         quaternion.
         """
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
-        force, speed = self.rigid.vector(b, COLUMN.force), self.rigid.vector(b, COLUMN.speed)
-        self.rigid.put(b, COLUMN.impulse, self.rigid.vector(b, COLUMN.impulse) + half * force)
-        speed_before, spin = speed, self.rigid.vector(b, COLUMN.spin)
+        force, speed = self.rigid.vector(row, COLUMN.force), self.rigid.vector(row, COLUMN.speed)
+        self.rigid.put(row, COLUMN.impulse, self.rigid.vector(row, COLUMN.impulse) + half * force)
+        speed_before, spin = speed, self.rigid.vector(row, COLUMN.spin)
         turned = spin
-        if b < FACES:
-            self.f.rigid[b, COLUMN.work] = self.f.rigid[b, COLUMN.work] - half * force.dot(speed)
+        if row < FACES:
+            self.f.rigid[row, COLUMN.work] = self.f.rigid[row, COLUMN.work] - half * force.dot(
+                speed
+            )
         else:
-            speed += (half / self.f.rigid[b, COLUMN.mass]) * force
-            torque = self.rigid.vector(b, COLUMN.torque)
-            momentum = self.rigid.vector(b, COLUMN.momentum) + half * torque
-            self.rigid.put(b, COLUMN.speed, speed)
-            self.rigid.put(b, COLUMN.momentum, momentum)
-            turned = self.spin(b, momentum)
-            self.turn(b, turned * dt)
-            self.rigid.put(b, COLUMN.spin, self.spin(b, momentum))
+            speed += (half / self.f.rigid[row, COLUMN.mass]) * force
+            torque = self.rigid.vector(row, COLUMN.torque)
+            momentum = self.rigid.vector(row, COLUMN.momentum) + half * torque
+            self.rigid.put(row, COLUMN.speed, speed)
+            self.rigid.put(row, COLUMN.momentum, momentum)
+            turned = self.spin(row, momentum)
+            self.turn(row, turned * dt)
+            self.rigid.put(row, COLUMN.spin, self.spin(row, momentum))
         for component in ti.static(range(2)):
-            drag = self.rigid.vector(b, COLUMN.drags + 6 * component)
-            turning = self.rigid.vector(b, COLUMN.drags + 6 * component + 3)
+            drag = self.rigid.vector(row, COLUMN.drags + 6 * component)
+            turning = self.rigid.vector(row, COLUMN.drags + 6 * component + 3)
             power = drag.dot(speed_before + speed) + turning.dot(spin + turned)
-            loss = self.f.rigid[b, COLUMN.loss + component] - 0.5 * half * power
-            self.f.rigid[b, COLUMN.loss + component] = loss
-        centre = self.rigid.vector(b, COLUMN.centre) + dt * speed
-        self.rigid.put(b, COLUMN.centre, centre)
-        gone = (centre - self.rigid.vector(b, COLUMN.searched)).norm_sqr()
+            loss = self.f.rigid[row, COLUMN.loss + component] - 0.5 * half * power
+            self.f.rigid[row, COLUMN.loss + component] = loss
+        centre = self.rigid.vector(row, COLUMN.centre) + dt * speed
+        self.rigid.put(row, COLUMN.centre, centre)
+        gone = (centre - self.rigid.vector(row, COLUMN.searched)).norm_sqr()
         return ti.cast(gone > numbers.way2, ti.i32)
 
     @ti.func

@@ -45,11 +45,11 @@ class Response:
         density = self.f.density[i] * ti.exp(-growth * dt)
         reference, K = self.f.reference[i], self.f.modulus[i]
         elastic = self.laws.path_pressure(density, reference, K)
-        p, yields = elastic, self.f.role[i] != ELASTIC
+        pressure, yields = elastic, self.f.role[i] != ELASTIC
         if yields:
-            p = self.laws.limited_pressure(density, elastic, m)
-            if p != elastic:
-                reference = self.laws.reference_density(density, p, m)
+            pressure = self.laws.limited_pressure(density, elastic, m)
+            if pressure != elastic:
+                reference = self.laws.reference_density(density, pressure, m)
                 K = self.laws.bulk_modulus(reference, m)
         mu = self.f.shear_ratio[i] * K
         trial = tensors.rotate(S, dt * W) + (2.0 * mu * dt) * (
@@ -62,7 +62,7 @@ class Response:
         returned = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
         swollen = self.f.density[i] / density
         power = 0.5 * (1.0 + swollen) * self.f.volume[i] * dt
-        self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
+        self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, pressure
         self.f.deviator[i], self.f.modulus[i] = tensors.rows(returned), K
         self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         if ti.static(self.layout.damage):
@@ -73,17 +73,20 @@ class Response:
             )
             self.crack(i, returned, dt, m)
             undamaged = 1.0 - self.f.damage[i] ** 3
-            p, returned = self.laws.carried_pressure(p, undamaged), undamaged * returned
-        pressed = -0.5 * (pressure_before + p) * growth * power
+            pressure, returned = (
+                self.laws.carried_pressure(pressure, undamaged),
+                undamaged * returned,
+            )
+        pressed = -0.5 * (pressure_before + pressure) * growth * power
         dissipated = ti.Vector(
             [
-                ti.select(pressure_before + p >= 0.0, pressed, 0.0),
-                ti.select(pressure_before + p < 0.0, pressed, 0.0),
+                ti.select(pressure_before + pressure >= 0.0, pressed, 0.0),
+                ti.select(pressure_before + pressure < 0.0, pressed, 0.0),
                 0.5 * tensors.double_dot(S + returned, D) * power,
             ]
         )
         self.f.work[i] = self.f.work[i] + dissipated  # `+=` would be an atomic one
-        return returned - p * identity, swollen
+        return returned - pressure * identity, swollen
 
     @ti.func
     def crack(self, i, S: ti.template(), dt, m: ti.template()):

@@ -67,7 +67,7 @@ class Rigid:
         return self.flat(self.vector(row, COLUMN.speed) + self.vector(row, COLUMN.spin).cross(arm))
 
     @ti.func
-    def surface(self, row, arm, h):
+    def surface(self, row, arm, smoothing_length):
         """Distance [m], no less than a little, and outward normal, (4,), of a point at an arm."""
         distance, normal = 0.0, ti.Vector.zero(ti.f64, 3)
         if row < FACES:
@@ -83,26 +83,37 @@ class Rigid:
             else:
                 distance, local_normal = self.cylinder(row, self.rotate(row, arm, -1.0))
                 normal = self.rotate(row, local_normal, 1.0)
-        return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
+        return ti.Vector(
+            [ti.max(distance, LEAST * smoothing_length), normal[0], normal[1], normal[2]]
+        )
 
     @ti.func
-    def cylinder(self, row, q):
+    def cylinder(self, row, point):
         """Distance from a cylinder about z and its normal there, in the frame of the cylinder.
 
         Outside, its edges count as round.
         """
-        across = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + TINY
-        up = ti.select(q[2] >= 0.0, 1.0, -1.0)
-        a = across - self.f.rigid[row, COLUMN.radius]
-        b = ti.abs(q[2]) - self.f.rigid[row, COLUMN.half_height]
-        side, end = ti.max(a, 0.0), ti.max(b, 0.0)
+        across = ti.sqrt(point[0] * point[0] + point[1] * point[1]) + TINY
+        up = ti.select(point[2] >= 0.0, 1.0, -1.0)
+        beyond_side = across - self.f.rigid[row, COLUMN.radius]
+        beyond_end = ti.abs(point[2]) - self.f.rigid[row, COLUMN.half_height]
+        side, end = ti.max(beyond_side, 0.0), ti.max(beyond_end, 0.0)
         if side + end == 0.0:  # inside: the nearer of side and end
-            side, end = ti.select(a > b, 1.0, 0.0), ti.select(a > b, 0.0, 1.0)
+            side, end = (
+                ti.select(beyond_side > beyond_end, 1.0, 0.0),
+                ti.select(beyond_side > beyond_end, 0.0, 1.0),
+            )
         length = ti.sqrt(side * side + end * end)
         normal = ti.Vector(
-            [side * q[0] / across / length, side * q[1] / across / length, up * end / length]
+            [
+                side * point[0] / across / length,
+                side * point[1] / across / length,
+                up * end / length,
+            ]
         )
-        return ti.select(ti.max(a, b) > 0.0, length, ti.max(a, b)), normal
+        return ti.select(
+            ti.max(beyond_side, beyond_end) > 0.0, length, ti.max(beyond_side, beyond_end)
+        ), normal
 
     @ti.func
     def share(self, row, distance):

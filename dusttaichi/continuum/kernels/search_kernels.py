@@ -121,10 +121,10 @@ def make_search(motion, near):
     @ti.kernel
     def visit() -> ti.i32:
         grid = cells.grid()
-        for b in range(loop_length(near.count(), f.mass.shape[0])):
-            if is_idle(b, near.count()):
+        for block in range(loop_length(near.count(), f.mass.shape[0])):
+            if is_idle(block, near.count()):
                 continue
-            lists.tally[b] = near.entries(b, cells, grid, lists.grid[last] == LIST)
+            lists.tally[block] = near.entries(block, cells, grid, lists.grid[last] == LIST)
         blocks.sum_up()
         wrong = ti.cast(near.first[near.count()] > near.room, ti.i32)
         for entries in ti.static(marked):
@@ -168,9 +168,9 @@ def make_reorder(motion, count):
                         for k in ti.static(range(length)):
                             field[i][k] = spare[column + k, i]
                 f.x_search[i] = f.x[i]
-        for b in range(ROWS):
+        for row in range(ROWS):
             for a in ti.static(range(3)):
-                f.rigid[b, COLUMN.searched + a] = f.rigid[b, COLUMN.centre + a]
+                f.rigid[row, COLUMN.searched + a] = f.rigid[row, COLUMN.centre + a]
         lists.grid[last] = COUNT
 
     return reorder

@@ -50,8 +50,8 @@ def solve_reference(density, pressure, m):
     With reference = (1 - d) density, d is the smallest solution of K(reference) d/(1 - d) =
     pressure, whose left side has the slope K (1 - n d)/(1 - d)^2, n the exponent of K there.
     """
-    q = pressure / modulus_law(density, m)
-    d = q / (1.0 - (exponent_law(density, m) - 1.0) * q)
+    strain = pressure / modulus_law(density, m)
+    d = strain / (1.0 - (exponent_law(density, m) - 1.0) * strain)
     for _ in range(NEWTON_STEPS):
         reference = (1.0 - d) * density
         K = modulus_law(reference, m)

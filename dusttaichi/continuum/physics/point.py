@@ -72,21 +72,21 @@ class MaterialPoint:
         d = np.broadcast_to(np.asarray(increments, dtype=float), self.S.shape)
         volume = d.sum(axis=-1)
         density = self.density * np.exp(-volume)
-        p, reference = path.pressure(density, self.reference, self.m)
+        pressure, reference = path.pressure(density, self.reference, self.m)
         shearing = d - volume[..., None] / 3.0
         trial = self.S + 2.0 * elasticity.shear_modulus(reference, self.m)[..., None] * shearing
         J2 = 0.5 * (trial**2).sum(axis=-1)
         S = trial * radial(J2, strength.shear(density / self.m.rho_s, self.m))[..., None]
-        strained_point = replace(self, density=density, reference=reference, p=p, S=S)
+        strained_point = replace(self, density=density, reference=reference, p=pressure, S=S)
 
-        pressing = 0.5 * (p + self.p) * (1.0 / self.density - 1.0 / density)
+        pressing = 0.5 * (pressure + self.p) * (1.0 / self.density - 1.0 / density)
         turning = 0.5 * ((S + self.S) * shearing).sum(axis=-1) / np.sqrt(density * self.density)
         lost = pressing - strained_point.volume_energy + self.volume_energy
         return replace(
             strained_point,
             work=self.work + pressing + turning,
-            compaction=self.compaction + np.where(p > 0, lost, 0.0),
-            tension=self.tension + np.where(p > 0, 0.0, lost),
+            compaction=self.compaction + np.where(pressure > 0, lost, 0.0),
+            tension=self.tension + np.where(pressure > 0, 0.0, lost),
             shear=self.shear + turning - strained_point.shear_energy + self.shear_energy,
         )
 

@@ -157,7 +157,9 @@ def _film(run, color, view, *, cell, dpi):
 
 
 PICTURE = Picture(
-    "dust", lambda run, snapshot, color, view, **how: dust(run, snapshot, color, **how), _film
+    "dust",
+    lambda run, snapshot, color, view, **options: dust(run, snapshot, color, **options),
+    _film,
 )
 
 

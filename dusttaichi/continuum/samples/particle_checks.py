@@ -89,17 +89,16 @@ def _check_volumes(arrays, matter, path):
     spacings = spacings_of(arrays, matter) / matter.spacing
     least, largest = SPACINGS
     size = np.where(spacings > 1.0, spacings / largest, least / spacings)
-    k = int(np.argmax(size))
-    if size[k] > 1.0:
+    worst = int(np.argmax(size))
+    if size[worst] > 1.0:
         d = matter.dimension
         depth = " per metre of depth" if d == 2 else ""
         raise DustError(
-            f"{path}: mass over density of particle {k} (from 0) is "
-            f"{arrays['mass'][k] / arrays['density'][k]:.3g} m^{d}, the volume of particles "
-            f"{_length(spacings[k] * matter.spacing)} apart; allowed: {least:g} to {largest:g} "
-            f"times numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, "
-            "densities in "
-            "kg/m^3; another unit may be in the header, as in mass "
+            f"{path}: mass over density of particle {worst} (from 0) is "
+            f"{arrays['mass'][worst] / arrays['density'][worst]:.3g} m^{d}, the volume of "
+            f"particles {_length(spacings[worst] * matter.spacing)} apart; allowed: {least:g} to "
+            f"{largest:g} times numerics.spacing, {_length(matter.spacing)}. Masses are in "
+            f"kg{depth}, densities in kg/m^3; another unit may be in the header, as in mass "
             f"[{'g/m' if d == 2 else 'g'}]."
         )
 
@@ -109,11 +108,15 @@ def _check_distances(position, matter, path, of_run):
         return
     distance, number = scipy.spatial.cKDTree(position).query(position, 2)
     nearest = distance[:, 1]
-    k = int(np.argmin(nearest))
-    if nearest[k] < COINCIDENT * matter.spacing:
+    closest = int(np.argmin(nearest))
+    if nearest[closest] < COINCIDENT * matter.spacing:
         # of coincident particles either may come first
-        pair = " and ".join(map(str, sorted({k, *number[k]})[:2]))
-        apart = "at the same position" if nearest[k] == 0 else f"{_length(nearest[k])} apart"
+        pair = " and ".join(map(str, sorted({closest, *number[closest]})[:2]))
+        apart = (
+            "at the same position"
+            if nearest[closest] == 0
+            else f"{_length(nearest[closest])} apart"
+        )
         raise DustError(f"{path}: particles {pair} (from 0) are {apart}; move them apart.")
     if not of_run and np.median(nearest) >= matter.support:
         raise DustError(

@@ -155,13 +155,13 @@ class WallGatherer(Gatherer):
 
         box: Walls, or fields of the same names and shapes.
         """
-        k = self.of[self.wall_block(block)]
-        normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
-        velocity = normal * ti.cast(box.speed[k], self.geometry)
-        velocity[0] += ti.cast(box.along[k], self.geometry)
+        plane = self.of[self.wall_block(block)]
+        normal = self.place3(box.normal[plane, 0], box.normal[plane, 1], box.normal[plane, 2])
+        velocity = normal * ti.cast(box.speed[plane], self.geometry)
+        velocity[0] += ti.cast(box.along[plane], self.geometry)
         return ti.Struct(
-            normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
-            strength=ti.cast(box.strength[k], self.dtype),
+            normal=normal, offset=box.offset[plane] + box.speed[plane] * time, velocity=velocity,
+            strength=ti.cast(box.strength[plane], self.dtype),
         )  # fmt: skip
 
     @ti.func
@@ -214,16 +214,16 @@ class SurfaceGatherer(WallGatherer):
     def place(self, block, box: ti.template(), time):
         """Wall of a block: a plane as WallGatherer has it, and which it is at that time."""
         wall = self.of[self.wall_block(block)]
-        k, strength = ti.min(wall, PLANES - 1), ti.cast(0.0, ti.f64)
-        normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
-        velocity = normal * ti.cast(box.speed[k], self.geometry)
-        velocity[0] += ti.cast(box.along[k], self.geometry)
-        strength = box.strength[k]
+        plane, strength = ti.min(wall, PLANES - 1), ti.cast(0.0, ti.f64)
+        normal = self.place3(box.normal[plane, 0], box.normal[plane, 1], box.normal[plane, 2])
+        velocity = normal * ti.cast(box.speed[plane], self.geometry)
+        velocity[0] += ti.cast(box.along[plane], self.geometry)
+        strength = box.strength[plane]
         for n in ti.static(range(self.surfaces.count)):
             if wall == PLANES + n:
                 strength = self.surfaces.strength(n)
         return ti.Struct(
-            normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
+            normal=normal, offset=box.offset[plane] + box.speed[plane] * time, velocity=velocity,
             strength=ti.cast(strength, self.dtype), wall=wall, time=ti.cast(time, ti.f64),
         )  # fmt: skip
 
@@ -268,14 +268,14 @@ class SurfaceGatherer(WallGatherer):
         )
 
     @ti.func
-    def load_of(self, b, lane, boundary):
+    def load_of(self, block, lane, boundary):
         """Force of a surface on a grain, its component along the normal, and its power."""
-        force = ti.Vector([ti.cast(self.load[b, k, lane], ti.f64) for k in ti.static(range(3))])
+        force = ti.Vector([ti.cast(self.load[block, k, lane], ti.f64) for k in ti.static(range(3))])
         torque = ti.Vector(
-            [ti.cast(self.load[b, 6 + k, lane], ti.f64) for k in ti.static(range(3))]
+            [ti.cast(self.load[block, 6 + k, lane], ti.f64) for k in ti.static(range(3))]
         )
         pressing, power = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
-        i = self.grain[self.wall_block(b), lane]
+        i = self.grain[self.wall_block(block), lane]
         for n in ti.static(range(self.surfaces.count)):
             if boundary.wall == PLANES + n:
                 touch = self.surfaces.touch(n, self.x[i], self.v[i], boundary.time)

@@ -42,11 +42,13 @@ def place_search(grains, layout, walls):
         fields["wall_chunk"] = ti.field(ti.i32, shape=layout.surfaces * -(-grains // CHUNK) + 1)
     if layout.sphere:
         fields["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
-    own = OWN_NUMBERS + layout.surfaces
+    method_numbers = OWN_NUMBERS + layout.surfaces
     if layout.members:
         fields["apart"] = ti.Vector.field(3, ti.f64, shape=grains)
     return (
-        place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=own)
+        place_cells(
+            3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=method_numbers
+        )
         | fields
         | {
             "near": ti.field(ti.i32, shape=near),

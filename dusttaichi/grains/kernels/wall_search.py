@@ -59,11 +59,11 @@ class WallLists:
         That is a distance of centre and wall, of polydisperse grains of their surfaces; far below
         zero where there is no wall.
         """
-        k = n
+        plane = n
         if ti.static(self.count > 0):
-            k = ti.min(n, PLANES - 1)
-        normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
-        offset = box.offset[k] + box.speed[k] * self.numbers[TIME]
+            plane = ti.min(n, PLANES - 1)
+        normal = ti.Vector([box.normal[plane, 0], box.normal[plane, 1], box.normal[plane, 2]])
+        offset = box.offset[plane] + box.speed[plane] * self.numbers[TIME]
         reach = self.numbers[WALL_REACH + n]
         return ti.Struct(normal=normal, offset=offset, reach=reach, number=n)
 

@@ -24,11 +24,11 @@ class ForceModel:
         """For each law its numbers: (column of the table, components)."""
         out, column = [], 0
         for law in self.laws:
-            own = []
+            law_columns = []
             for number in law.NUMBERS.values():
-                own.append((column, number.components))
+                law_columns.append((column, number.components))
                 column += number.components
-            out.append(tuple(own))
+            out.append(tuple(law_columns))
         return tuple(out)
 
     @property

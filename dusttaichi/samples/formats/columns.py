@@ -271,10 +271,10 @@ def _complete_deviator(components, source):
     with np.errstate(invalid="ignore"):
         traced = np.abs(trace) > TRACE * np.abs(deviator).max(axis=1)
     if traced.any():
-        k = int(np.argmax(traced))
+        worst = int(np.argmax(traced))
         raise source.fault(
-            f"xx + yy + zz of particle {k} (from 0) is {trace[k]:.4g} Pa; allowed: 0, that of a "
-            "deviator (its pressure follows from density and reference)."
+            f"xx + yy + zz of particle {worst} (from 0) is {trace[worst]:.4g} Pa; allowed: 0, that "
+            "of a deviator (its pressure follows from density and reference)."
         )
     return deviator
 

@@ -79,9 +79,9 @@ def remark_on_matter(state: dict, sample: Sample, materials: Materials) -> None:
         stored = state.get(name)
         if stored is None or np.allclose(stored, expected, rtol=AGREES, atol=0.0):
             continue
-        k = int(np.argmax(np.abs(stored / expected - 1.0)))
+        worst = int(np.argmax(np.abs(stored / expected - 1.0)))
         state.setdefault("remarks", []).append(
-            f"its {name} is not that of the material, which is used: {expected[k]:.4g} and not "
-            f"{stored[k]:.4g} {unit} (grain {k})"
+            f"its {name} is not that of the material, which is used: {expected[worst]:.4g} and not "
+            f"{stored[worst]:.4g} {unit} (grain {worst})"
         )
         return

@@ -25,17 +25,17 @@ def exponent(reference, m):
 def reference_density(density, pressure, m):
     """Density at zero pressure [kg/m^3] of the elastic path through (density, pressure).
 
-    With reference = (1 - d) density it is the smallest d that solves d (1 - d)^(gamma - 1) = q,
-    q = pressure/K(density): q/(1 - (gamma - 1) q) and three steps of Newton's method, which leave
-    round-off for |q| <= 0.04 at gamma = 4.
+    With reference = (1 - d) density it is the smallest d that solves d (1 - d)^(gamma - 1) =
+    strain, strain = pressure/K(density): strain/(1 - (gamma - 1) strain) and three steps of
+    Newton's method, which leave round-off for |strain| <= 0.04 at gamma = 4.
     """
-    g = m.gamma
-    q = pressure / modulus(density, m)
-    d = q / (1.0 - (g - 1.0) * q)
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
+    gamma = m.gamma
+    strain = pressure / modulus(density, m)
+    d = strain / (1.0 - (gamma - 1.0) * strain)
+    slope = exp((gamma - 2.0) * log(1.0 - d))
+    d -= (d * (1.0 - d) * slope - strain) / (slope * (1.0 - gamma * d))
+    slope = exp((gamma - 2.0) * log(1.0 - d))
+    d -= (d * (1.0 - d) * slope - strain) / (slope * (1.0 - gamma * d))
+    slope = exp((gamma - 2.0) * log(1.0 - d))
+    d -= (d * (1.0 - d) * slope - strain) / (slope * (1.0 - gamma * d))
     return (1.0 - d) * density
