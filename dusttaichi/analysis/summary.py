@@ -41,11 +41,9 @@ def tabulate(numbers):
     shown = list_in_table_order(run_method)
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
         if general and has_fit_error(numbers, run_method):
-            rows.append(("± of the numbers above", ONE_SAMPLE, ""))
+            rows.append(("meaning of ±", ONE_SAMPLE, ""))
         rows += [row for _, number in pairs for row in number.table_rows(numbers)]
-    return rows + [
-        ("number not found", f"{title}: {error}", "") for title, error in numbers[PROBLEMS]
-    ]
+    return rows + [("not computed", f"{title}: {error}", "") for title, error in numbers[PROBLEMS]]
 
 
 def has_fit_error(numbers, run_method=None):

@@ -130,7 +130,7 @@ def compare(
                 say("±: one sample each, fit error only; replicas show the scatter between samples")
         for row in rows:
             for title, reason in row["problems"]:
-                remark(f"{row['name']}: number not found: {title}: {reason}")
+                remark(f"{row['name']}: not computed: {title}: {reason}")
         if output is not None:
             analysis.to_csv(rows, output)
             drawn = [output, *drawn]

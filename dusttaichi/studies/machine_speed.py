@@ -153,10 +153,10 @@ def _time_scene(
         processes: list[Timed] = []
         built: list[dict[str, Any]] = []
         for n in threads:
-            log(f"{name}: building it on {_name_threads(n)}")
+            log(f"{name}: compiling for {_name_threads(n)}")
             processes.append(stack.enter_context(Timed(f"{__name__}:answer")))
             built.append(processes[-1].call("build", scene=str(name), threads=n))
-        log(f"{name}: timing it")
+        log(f"{name}: measuring")
         step_times = [
             [p.call("time", span=seconds)["step"] for p in processes] for _ in range(rounds)
         ]
@@ -198,7 +198,7 @@ def text(timings: list[Timing]) -> str:
 
 def _describe_residual(residual: float) -> str:
     """Remark on a residual that a run would be stopped for."""
-    return "" if residual <= LEDGER else ": WRONG RESULTS, do not compute on this machine"
+    return "" if residual <= LEDGER else ": RESULTS OF THIS MACHINE ARE WRONG, do not use it"
 
 
 def _name_threads(number: int) -> str:

@@ -29,7 +29,7 @@ from dusttaichi.studies.step_times import estimate_step_time
 from dusttaichi.studies.sticking_task import NORMAL_UPDATES, make_moving_bodies
 from dusttaichi.studies.study_types import PointResult
 
-TOGETHER = 16  # speeds of a bundle
+TOGETHER = 16  # speeds of a round
 ROUNDS = 12  # most bundles of a search
 WIDER = 10.0  # growth of a bracket without the sticking speed
 JUMPS = 0.77224  # energy lost on forming and breaking, over F_c delta0: 0.69886 + 0.07338
@@ -179,7 +179,7 @@ class Search:
     first contact. tolerance: largest width of the bracket over its lower end. low, high [m/s]:
     first bracket, by default about the closed form. directory: of the file of the simulated speeds,
     from which an interrupted search continues; None: they are not stored. log: called with a line
-    before and after each bundle.
+    before and after each round.
     `points` and the constructor raise DustError for a scene without two bodies, without a time of
     the stop, or without a sticking speed.
     """
@@ -210,22 +210,22 @@ class Search:
 
     @property
     def beyond(self) -> str:
-        """Sentence about speeds of the next bundle beyond the contact model, or ""."""
+        """Sentence about speeds of the next round beyond the contact model, or ""."""
         return self.collision.describe_excess(self._speeds)
 
     def points(self, results: Mapping[str, PointResult]) -> list[Request]:
-        """The next bundle, none where the bracket is narrow enough."""
+        """The next round, none where the bracket is narrow enough."""
         requests = self._make_requests()
         if not all(point.label in results for point in requests):
             ends = f"{self._speeds[0]:.5g} to {self._speeds[-1]:.5g} m/s"
-            self.log(f"bundle {self._rounds + 1}: {len(requests)} speeds from {ends}")
+            self.log(f"round {self._rounds + 1}: {len(requests)} speeds from {ends}")
             return requests
         for failed in (result for result in results.values() if not result.ok):
             raise DustError(failed.text)
         self._rounds += 1
         speeds, bound = _sort_speeds(results)
         bound_count = sum(results[point.label].measured["bound"] for point in requests)
-        self.log(f"bundle {self._rounds}: {bound_count} of {len(requests)} bound")
+        self.log(f"round {self._rounds}: {bound_count} of {len(requests)} bound")
         low, high = self.bracket
         first = int(np.argmin(bound))
         if bound.all():
@@ -285,7 +285,7 @@ def list_rows(sticking: Sticking) -> list[tuple[str, str]]:
             "sticking speed",
             f"{sticking.speed:.6g} ± {0.5 * (sticking.high - sticking.low):.1g} m/s",
         ),
-        ("two grains (or grain and wall), no damping", f"{sticking.closed:.6g} m/s"),
+        ("without damping, two grains (or grain and wall)", f"{sticking.closed:.6g} m/s"),
         ("time step", f"{sticking.time_step * 1e12:.4g} ps"),
         ("simulated speeds", str(len(sticking.speeds))),
     ]

@@ -135,7 +135,7 @@ def test_summary_and_table(run):
     assert numbers["contacts_per_grain"] == numbers["contacts"] / 1000
     rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.67 kPa"
-    assert "(1-100 kPa)" in rows["rms of the filling factor from S12 eq 31"][1]
+    assert "(1-100 kPa)" in rows["rms distance of the filling factor from S12 eq 31"][1]
     assert numbers["rms"] < numbers["largest"] < 0.02
     assert numbers["largest_p_low"] == pytest.approx(1e2)  # the curve begins below
     assert numbers["largest_p_high"] == pytest.approx(1.5e5)  # and ends above
@@ -261,6 +261,6 @@ def test_compare_on_the_command_line(folder, tmp_path, capsys):
         rows = dict(row[:2] for row in analysis.tabulate(analysis.summarise(run)))
     # both numbers are of the same contacts, and say so
     assert rows["contacts per grain"].endswith("each contact counts twice)")
-    assert rows["± of the numbers above"].startswith("one sample: fit error only")
+    assert rows["meaning of ±"].startswith("one sample: fit error only")
     with pytest.raises(DustError, match="no result"):
         dust("compare", folder / "nothing")

@@ -92,7 +92,7 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     run = analysis.open_run(write_run(tmp_path / "result.nc"))
     found = analysis.tabulate(analysis.summarise(run))
     assert ("a whole row", "3", "") in found
-    assert [row[1] for row in found if row[0] == "number not found"] == [
+    assert [row[1] for row in found if row[0] == "not computed"] == [
         "a broken row: IndexError: index 3 is out of bounds",
         "a lost family: IndexError: index 3 is out of bounds",
     ]

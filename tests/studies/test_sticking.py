@@ -144,9 +144,9 @@ def test_a_search_continues_with_the_speeds_that_are_stored(tmp_path, capsys):
     words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-o", tmp_path / "search"]
     dust(*words)
     output, rows = capsys.readouterr(), tmp_path / "search/search.jsonl"
-    assert "bundle 1: 16 speeds from 0.0275" in output.err and "bundle 2: " in output.err
+    assert "round 1: 16 speeds from 0.0275" in output.err and "round 2: " in output.err
     lines = rows.read_text().splitlines()
-    rows.write_text("\n".join(lines[:20]))  # the second bundle had begun
+    rows.write_text("\n".join(lines[:20]))  # the second round had begun
     dust(*words, "--resume")
     second_output = capsys.readouterr()
     assert (

@@ -38,18 +38,18 @@ def _format_outcome(value, n):
         return "the bodies have not met yet: let the run continue"
     if value == PASSED:
         return "the bodies passed each other without touching"
-    largest_fragment = f"{n['largest_share']:.1%} of the mass in the largest"
+    largest_fragment = f"{100.0 * n['largest_share']:.1f} % of the mass in the largest"
     return (
         f"{value}, {n['fragments']} fragments, {largest_fragment}" if n["fragments"] > 1 else value
     )
 
 
 def _format_outcome_rows(value, n):
-    return [("outcome", _format_outcome(value, n), ""), ("outcomes are defined in", PAGE, "")]
+    return [("outcome", _format_outcome(value, n), ""), ("definition of outcomes", PAGE, "")]
 
 
 def _format_settled(value, n):
-    text = "the last two snapshots differ in their fragments: let the run continue"
+    text = "fragments still change between the last two snapshots: let the run continue"
     return [] if value else [("note", text, "")]
 
 

@@ -155,7 +155,7 @@ FIT = Family(
         quiet("law_p_m", "p_m of the law", "Pa", sweeps=FILE),
         quiet("law_delta", "Delta of the law", sweeps=FILE),
         quiet("law_name", "name of the law", ""),
-        Observable(name="rms", title="rms of the filling factor from the law",
+        Observable(name="rms", title="rms distance of the filling factor from the law",
                    rows=_build_deviation_rows("rms", "rms"), figure="compression",
                    column=("rms in phi", "{:.3f}", 1), order=AFTER),
         quiet("rms_mean", "mean distance from the law", sweeps=ENSEMBLES,

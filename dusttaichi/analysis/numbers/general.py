@@ -155,7 +155,7 @@ END = Family(
               f"than {CLOSE:.0%}", sweeps=ENSEMBLES),
         Observable(name="advice", title="defaults to change", unit=None, rows=_format_advice,
                    value=lambda end: end.run.attrs.get("advice"), column=None),
-        Observable(name="ledger_worst", title="worst residual of the energy ledger", text="{:.1e}",
+        Observable(name="ledger_worst", title="largest residual of the energy ledger", text="{:.1e}",
                    value=lambda end: end.ledger.worst, column=("ledger", "{:.0e}", 1),
                    figure="ledger"),
         quiet("ledger_shares", "shares of the losses by channel", None,
