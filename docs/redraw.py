@@ -110,18 +110,18 @@ def strength_size(name, *words):
     table = table[table.name.str.contains("|".join(words))]
     weibull = extensions.import_extension("kimura2020/weibull.py")
     strengths_by_size = [
-        weibull.Strengths(f"{grains} grains", grains, size.values, weibull.weibull(size.values))
+        weibull.Strengths(f"{grains} grains", grains, size.values, weibull.fit_weibull(size.values))
         for grains, size in table.groupby("grains").strength
     ]
     for size in strengths_by_size:
         kpa = size.values / 1e3
         scatter = f" ± {kpa.std(ddof=1):.2f}" if len(kpa) > 1 else ""
         print(f"{size.grains} grains, {len(kpa)} samples: {kpa.mean():.2f}{scatter} kPa")
-    columns, lines = weibull.strength_tables(strengths_by_size)
+    columns, lines = weibull.tabulate_strengths(strengths_by_size)
     for texts in zip(*(texts for _, texts in columns), strict=True):
         print(", ".join(f"{head} {text}" for (head, _), text in zip(columns, texts, strict=True)))
     print(*lines, sep="\n")
-    return weibull.strength_samples(strengths_by_size)
+    return weibull.draw_strengths(strengths_by_size)
 
 
 @style.apply_style

@@ -58,8 +58,8 @@ def is_diametral(run):
     return run.boundary == "plates" and run.lies
 
 
-def diametral(run):
-    """The Diametral of a Run. Raises DustError where it is none, or too short."""
+def measure_diametral(run):
+    """Measure a diametral compression. Raises DustError for another Run or one too short."""
     sample = run.sample
     if not is_diametral(run):
         raise DustError(
@@ -78,7 +78,7 @@ def diametral(run):
     strain = 1.0 - series.height.values / float(run.series.height[0])
     mean = np.convolve(stress, np.ones(RECORDS) / RECORDS, "valid")
     middle = np.convolve(strain, np.ones(RECORDS) / RECORDS, "valid")
-    number, passed = _first_maximum(middle, mean)
+    number, passed = _find_maximum(middle, mean)
     phi = float(_grain_volume(run) / (np.pi / 4.0 * diameter**2 * length))
     return Diametral(
         diameter=diameter,
@@ -94,7 +94,7 @@ def diametral(run):
     )
 
 
-def _first_maximum(strain, mean):
+def _find_maximum(strain, mean):
     """Number of the value that is the strength, and whether the values have fallen since.
 
     It is the first maximum below which they fall by FALL and which they do not reach again within
@@ -118,7 +118,7 @@ DIAMETRAL = Family(
     title="diametral compression",
     order=32,
     applies=is_diametral,
-    measure=diametral,
+    measure=measure_diametral,
     numbers=(
         Observable(name="diametral_strength", title="diametral strength", unit="Pa",
                    value="strength", symbol=r"$2F/(\pi D L)$",
@@ -144,31 +144,33 @@ numbers.register(DIAMETRAL)
 
 
 @plots.figure("Diametral compression", 111.5, name="diametral", applies=is_diametral, together=True)
-def drawn(runs, labels=None):
+def draw_diametral(runs, labels=None):
     """Nominal tension 2 F/(pi D L) against the deflection of one Run or several.
 
     Lines are means over ten records, points the strengths; hollow: the force has not fallen yet.
     With a single run the records themselves too.
     """
     runs, labels = style.label_runs(runs, labels)
-    found = [diametral(run) for run in runs]
+    compressions = [measure_diametral(run) for run in runs]
     figure, (axes,) = style.create_figure()
-    scale, unit = style.choose_unit(max(abs(one.strength) for one in found), style.PRESSURES)
-    for number, (one, label) in enumerate(zip(found, labels, strict=True)):
+    scale, unit = style.choose_unit(
+        max(abs(test.strength) for test in compressions), style.PRESSURES
+    )
+    for number, (test, label) in enumerate(zip(compressions, labels, strict=True)):
         look = style.run_style(number)
-        if len(found) == 1:
-            style.draw_records(axes, one.strain, one.stress * scale, number)
-        text = rf"{label}, $\phi$ = {one.filling_factor:.3g}"
-        axes.plot(one.strain, one.mean * scale, label=text, **look)
+        if len(compressions) == 1:
+            style.draw_records(axes, test.strain, test.stress * scale, number)
+        text = rf"{label}, $\phi$ = {test.filling_factor:.3g}"
+        axes.plot(test.strain, test.mean * scale, label=text, **look)
         axes.plot(
-            one.strength_strain,
-            one.strength * scale,
+            test.strength_strain,
+            test.strength * scale,
             "o",
             color=look["color"],
-            markerfacecolor=look["color"] if one.passed else "white",
+            markerfacecolor=look["color"] if test.passed else "white",
             zorder=4,
         )
-    if not all(one.passed for one in found):
+    if not all(test.passed for test in compressions):
         hollow = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
         axes.plot([], [], label="hollow: at least, the force has not fallen yet", **hollow)
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
@@ -178,4 +180,4 @@ def drawn(runs, labels=None):
     return figure
 
 
-plots.register(drawn)
+plots.register(draw_diametral)

@@ -42,12 +42,12 @@ class Weibull:
     scale_high: float
     count: int
 
-    def share_failed(self, stress):
+    def failed_fraction(self, stress):
         """Share of the samples that fail below `stress` [Pa]."""
         return -np.expm1(-((np.asarray(stress, float) / self.scale) ** self.modulus))
 
 
-def weibull(strengths, confidence=CONFIDENCE):
+def fit_weibull(strengths, confidence=CONFIDENCE):
     """Weibull distribution of strengths by maximum likelihood, with exact intervals.
 
     m_fit/m and m_fit ln(s_fit/s_0) have distributions that do not depend on m and s_0 (Thoman, Bain
@@ -70,23 +70,23 @@ def weibull(strengths, confidence=CONFIDENCE):
     if len(strengths) < FEWEST or np.any(strengths <= 0) or np.ptp(strengths) == 0:
         return None
     logs = np.log(strengths)
-    modulus, log_scale = (part.item() for part in _fitted(logs[None]))
+    modulus, log_scale = (values.item() for values in _fit_logs(logs[None]))
     tail = 0.5 * (1.0 - confidence)
-    ratio, shift = np.quantile(_pivots(len(logs)), [tail, 0.5, 1.0 - tail], axis=1).T
+    ratio, shift = np.quantile(_compute_pivots(len(logs)), [tail, 0.5, 1.0 - tail], axis=1).T
     high, middle, low = modulus / ratio
     scales = np.exp(log_scale - shift / modulus)
     return Weibull(middle, low, high, scales[1], scales[2], scales[0], len(logs))
 
 
 @cache
-def _pivots(count):
+def _compute_pivots(count):
     """m_fit/m and m_fit ln(s_fit/s_0) of DRAWS sets of `count` samples, (2, DRAWS)."""
     draws = np.random.default_rng(0).standard_exponential((DRAWS, count))
-    modulus, log_scale = _fitted(np.log(draws))  # of m = 1, s_0 = 1
+    modulus, log_scale = _fit_logs(np.log(draws))  # of m = 1, s_0 = 1
     return np.array([modulus, modulus * log_scale])
 
 
-def _fitted(logs):
+def _fit_logs(logs):
     """Moduli and logarithms of the scales of greatest likelihood, (sets,), of logs (sets, n).
 
     The modulus is the root of sum(s^m ln s)/sum(s^m) - 1/m - mean(ln s), which grows with m.
@@ -123,7 +123,7 @@ class Strengths:
     fit: Weibull | None
 
 
-def strengths_of(data):
+def list_strengths(data):
     """A Strengths for each point of a dataset of `analysis.gather`, in order; [] without strengths.
 
     Runs without a strength are left out.
@@ -133,12 +133,12 @@ def strengths_of(data):
     dims, labels = (*axes_of(data), "replica"), point_labels(data)
     values = data.strength.transpose(*dims).values.reshape(len(labels), -1)
     grains = data.grains.transpose(*dims).values.reshape(len(labels), -1)
-    found = []
-    for label, own, count in zip(labels, values, grains, strict=True):
-        known = own[np.isfinite(own)]
-        if len(known):
-            found.append(Strengths(label, round(np.nanmedian(count)), known, weibull(known)))
-    return found
+    groups = []
+    for label, strengths, count in zip(labels, values, grains, strict=True):
+        finite = strengths[np.isfinite(strengths)]
+        if len(finite):
+            groups.append(Strengths(label, round(np.nanmedian(count)), finite, fit_weibull(finite)))
+    return groups
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class SizeEffect:
         return self.factor * np.asarray(grains, float) ** self.exponent
 
 
-def size_effect(groups):
+def fit_size_effect(groups):
     """The SizeEffect of several Strengths: least squares in the logarithms, each sample once.
 
     None for a single size, fewer than three samples, or a strength that is not positive.
@@ -170,11 +170,13 @@ def size_effect(groups):
     count = sum(map(len, logs))
     if len(sizes) < 2 or count <= len(groups) or min(map(np.min, logs)) <= 0:
         return None
-    logs = [np.log(own) for own in logs]
-    x = np.log(np.repeat([group.grains for group in groups], [len(own) for own in logs]))
+    logs = [np.log(strengths) for strengths in logs]
+    x = np.log(np.repeat([group.grains for group in groups], [len(values) for values in logs]))
     y, away = np.concatenate(logs), x - x.mean()
     exponent = np.sum(away * y) / np.sum(away**2)
-    scatter = np.sqrt(sum(np.sum((own - own.mean()) ** 2) for own in logs) / (count - len(groups)))
+    scatter = np.sqrt(
+        sum(np.sum((values - values.mean()) ** 2) for values in logs) / (count - len(groups))
+    )
     return SizeEffect(
         factor=float(np.exp(y.mean() - exponent * x.mean())),
         exponent=float(exponent),
@@ -183,7 +185,7 @@ def size_effect(groups):
     )
 
 
-def strength_tables(groups):
+def tabulate_strengths(groups):
     """(columns, lines) about several Strengths, as `Statistics` has them.
 
     columns: (header, texts), a row for each with a Weibull; [] where there is none. lines:
@@ -197,11 +199,11 @@ def strength_tables(groups):
         ("grains", [f"{group.grains:,}" for group in fitted]),
         ("samples", [str(group.fit.count) for group in fitted]),
         ("mean", [format_quantity(g.values.mean(), "Pa", g.values.std(ddof=1)) for g in fitted]),
-        ("modulus m", [_between(group.fit, "modulus", 1.0) for group in fitted]),
-        ("scale (kPa)", [_between(group.fit, "scale", 1e-3) for group in fitted]),
+        ("modulus m", [_format_interval(group.fit, "modulus", 1.0) for group in fitted]),
+        ("scale (kPa)", [_format_interval(group.fit, "scale", 1e-3) for group in fitted]),
     ]
     lines = [f"in brackets: {CONFIDENCE:.0%} confidence"]
-    if (effect := size_effect(groups)) is not None:
+    if (effect := fit_size_effect(groups)) is not None:
         lines.append(
             f"strength ∝ N^({effect.exponent:.3f} ± {effect.exponent_sigma:.3f}); a weakest link "
             f"with this scatter: N^({effect.weakest_link:.3f})"
@@ -209,7 +211,7 @@ def strength_tables(groups):
     return columns, lines
 
 
-def _between(fit, name, factor):
+def _format_interval(fit, name, factor):
     ends = [getattr(fit, f"{name}{end}") * factor for end in ("", "_low", "_high")]
     return "{:.3g} ({:.3g} to {:.3g})".format(*ends)
 
@@ -218,7 +220,7 @@ def _between(fit, name, factor):
 
 
 @style.apply_style
-def strength_samples(groups):
+def draw_strengths(groups):
     """Samples of several Strengths; None where none has a Weibull modulus.
 
     A Weibull plot, in which a Weibull distribution is a straight line with its modulus as slope;
@@ -227,16 +229,16 @@ def strength_samples(groups):
     """
     if not any(group.fit for group in groups):
         return None
-    effect = size_effect(groups)
+    effect = fit_size_effect(groups)
     figure, panels = style.create_grid(1 if effect is None else 2, 2, 3.2)
     scale, unit = style.choose_unit(max(g.values.max() for g in groups), style.PRESSURES)
-    _probabilities(panels[0], groups, scale, unit)
+    _draw_probabilities(panels[0], groups, scale, unit)
     if effect is not None:
-        _sizes(panels[1], groups, effect, (scale, unit))
+        _draw_sizes(panels[1], groups, effect, (scale, unit))
     return figure
 
 
-def _probabilities(axes, groups, scale, unit):
+def _draw_probabilities(axes, groups, scale, unit):
     for number, group in enumerate(groups):
         if group.fit is None:
             continue
@@ -245,24 +247,34 @@ def _probabilities(axes, groups, scale, unit):
         # median ranks, which are those of a straight line for a Weibull distribution
         failed = (np.arange(1, len(values) + 1) - 0.3) / (len(values) + 0.4)
         label = f"{group.label or 'all'}: m = {group.fit.modulus:.1f}"
-        axes.plot(values * scale, _ordinate(failed), "o", markersize=3.5, color=colour, label=label)
+        axes.plot(
+            values * scale,
+            _compute_ordinate(failed),
+            "o",
+            markersize=3.5,
+            color=colour,
+            label=label,
+        )
         line = np.geomspace(0.9 * values[0], 1.1 * values[-1], 50)
         axes.plot(
-            line * scale, _ordinate(group.fit.share_failed(line)), color=colour, linewidth=1.0
+            line * scale,
+            _compute_ordinate(group.fit.failed_fraction(line)),
+            color=colour,
+            linewidth=1.0,
         )
     ticks = np.array([0.02, 0.05, 0.1, 0.2, 0.5, 0.8, 0.95])
-    axes.set_yticks(_ordinate(ticks), [f"{tick:g}" for tick in ticks])
+    axes.set_yticks(_compute_ordinate(ticks), [f"{tick:g}" for tick in ticks])
     axes.set(xscale="log", xlabel=f"tensile strength ({unit})", ylabel="share of weaker samples")
-    axes.set_ylim(*_ordinate(np.array([0.02, 0.98])))
+    axes.set_ylim(*_compute_ordinate(np.array([0.02, 0.98])))
     style.set_few_ticks(axes.xaxis)
     style.draw_legend(axes)
 
 
-def _ordinate(share):
+def _compute_ordinate(share):
     return np.log(-np.log1p(-share))
 
 
-def _sizes(axes, groups, effect, scaling):
+def _draw_sizes(axes, groups, effect, scaling):
     scale, unit = scaling
     colours = [style.run_style(number)["color"] for number in range(len(groups))]
     for group, colour in zip(groups, colours, strict=True):
@@ -293,7 +305,7 @@ def _sizes(axes, groups, effect, scaling):
 WEIBULL = Statistics(
     name="weibull",
     title="Weibull statistics of the tensile strength",
-    table=lambda data: strength_tables(strengths_of(data)),
-    draw=lambda data: strength_samples(strengths_of(data)),
+    table=lambda data: tabulate_strengths(list_strengths(data)),
+    draw=lambda data: draw_strengths(list_strengths(data)),
 )
 numbers.register(WEIBULL)

@@ -15,7 +15,7 @@ from dusttaichi.analysis.tensile import compute_strength_law
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 
-WHOLE = 0.9  #: Share of the mass in the largest fragment below which the aggregate is broken.
+INTACT = 0.9  #: Share of the mass in the largest fragment below which the aggregate is broken.
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class SpinUp:
     """Rotation of an aggregate, snapshot by snapshot.
 
     rate [rad/s] (snapshots,): |L|/I of all grains about their centre of mass, with the moment of
-    inertia about L, spins and the grains' own moments included. given [rad/s] (snapshots,): |L|
-    over the moment of inertia of the first snapshot, which a rigid body would have. share
-    (snapshots,): of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
+    inertia about L, spins and the grains' own moments included. rigid_rate [rad/s] (snapshots,):
+    that of a rigid body, |L| over the moment of inertia of the first snapshot. largest_share
+    (snapshots,): share of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
     the mean over a plane through the axis of a uniform sphere of the same mass (half of it pulls
     with pi rho R^4 omega^2 / 4), with R = sqrt(5/3) R_g of the first snapshot. filling_factor: of
     that sphere. law [Pa]: tensile strength at it by T19 eq 33, NaN for an unknown material. top:
@@ -34,8 +34,8 @@ class SpinUp:
     """
 
     rate: np.ndarray
-    given: np.ndarray
-    share: np.ndarray
+    rigid_rate: np.ndarray
+    largest_share: np.ndarray
     stress: np.ndarray
     filling_factor: float
     law: float
@@ -43,7 +43,7 @@ class SpinUp:
     broken: int | None
 
     @property
-    def shown(self):
+    def count_shown(self):
         """Number of snapshots up to the first of the broken aggregate."""
         return len(self.rate) if self.broken is None else self.broken + 1
 
@@ -57,7 +57,7 @@ def is_spun(run):
     return any(push.get("spin") is not None for entries in pushes for push in entries)
 
 
-def spin_up(run):
+def measure_spin_up(run):
     """Rotation of a run whose aggregate is spun up until it breaks.
 
     Raises DustError where the snapshots contain no contacts, or the first of them is no single
@@ -65,23 +65,24 @@ def spin_up(run):
     """
     masses = read_grain_masses(run)
     frames = [read_frame(run, number) for number in range(count_frames(run))]
-    parts = [find_frame_fragments(frame, masses) for frame in frames]
-    share = np.array([found.mass[0] / masses.sum() for found in parts])
-    if share[0] < WHOLE:
+    fragments = [find_frame_fragments(frame, masses) for frame in frames]
+    largest_share = np.array([sizes.mass[0] / masses.sum() for sizes in fragments])
+    if largest_share[0] < INTACT:
         raise DustError(
-            f"{run.path}: the largest fragment has {share[0]:.0%} of the mass at the start; an "
-            f"aggregate that is spun up must be one piece (at least {WHOLE:.0%})."
+            f"{run.path}: the largest fragment has {largest_share[0]:.0%} of the mass at the "
+            f"start; an aggregate that is spun up must be one piece (at least {INTACT:.0%})."
         )
-    momentum, inertia = np.array([_rotation(frame, masses) for frame in frames]).T
+    momentum, inertia = np.array([_measure_rotation(frame, masses) for frame in frames]).T
     rate = momentum / inertia
-    radius, phi = (float(x[0]) for x in (parts[0].characteristic_radius, parts[0].filling_factor))
+    first = fragments[0]
+    radius, phi = float(first.characteristic_radius[0]), float(first.filling_factor[0])
     density = masses.sum() / (4.0 / 3.0 * np.pi * radius**3)
-    broken = np.flatnonzero(share < WHOLE)
+    broken = np.flatnonzero(largest_share < INTACT)
     broken = int(broken[0]) if len(broken) else None
     return SpinUp(
         rate,
         momentum / inertia[np.argmax(momentum > 0.0)],
-        share,
+        largest_share,
         0.25 * density * radius**2 * rate**2,
         phi,
         compute_strength_law(run, phi),
@@ -90,7 +91,7 @@ def spin_up(run):
     )
 
 
-def _rotation(frame, masses):
+def _measure_rotation(frame, masses):
     """Angular momentum and moment of inertia of all grains of a Frame about their centre of mass.
 
     In kg m^2/s and kg m^2, the latter about the angular momentum; about z without one.
@@ -98,17 +99,17 @@ def _rotation(frame, masses):
     m = masses[:, None]
     x = frame.position - (m * frame.position).sum(axis=0) / masses.sum()
     v = frame.velocity - (m * frame.velocity).sum(axis=0) / masses.sum()
-    own = 0.4 * masses * frame.radius**2
-    momentum = (m * np.cross(x, v) + own[:, None] * frame.spin).sum(axis=0)
+    inertia = 0.4 * masses * frame.radius**2
+    momentum = (m * np.cross(x, v) + inertia[:, None] * frame.spin).sum(axis=0)
     size = float(np.linalg.norm(momentum))
     along = x @ (momentum / size if size > 0.0 else np.array([0.0, 0.0, 1.0]))
-    return size, float(np.sum(masses * (np.sum(x**2, axis=1) - along**2) + own))
+    return size, float(np.sum(masses * (np.sum(x**2, axis=1) - along**2) + inertia))
 
 
-def _rate_text(value, n):
+def _format_rate(value, n):
     text = f"{value:.3g} rad/s"
-    whole = f"{WHOLE:.0%} of the mass in one fragment"
-    return text if n["spin_broken"] else f"at least {text}: still {whole}"
+    intact = f"{INTACT:.0%} of the mass in one fragment"
+    return text if n["spin_broken"] else f"at least {text}: still {intact}"
 
 
 SPIN_UP = Family(
@@ -116,12 +117,12 @@ SPIN_UP = Family(
     title="an aggregate that is spun up",
     order=85,
     applies=is_spun,
-    measure=spin_up,
+    measure=measure_spin_up,
     numbers=(
-        Observable(name="spin_rate", title="largest rotation rate", unit="rad/s", text=_rate_text,
+        Observable(name="spin_rate", title="largest rotation rate", unit="rad/s", text=_format_rate,
                    value=lambda spin: float(spin.rate[spin.top]),
                    about="largest rotation rate in a snapshot before the largest fragment has less "
-                   f"than {WHOLE:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
+                   f"than {INTACT:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
                    figure="spin_up"),
         Observable(name="spin_stress", title="… stress across a plane through the axis", unit="Pa",
                    value=lambda spin: float(spin.stress[spin.top]),
@@ -141,7 +142,7 @@ numbers.register(SPIN_UP)
 
 
 @plots.figure("Spin-up", 116, name="spin_up", applies=is_spun, together=True)
-def drawn(runs, labels=None):
+def draw_spin_up(runs, labels=None):
     """Rotation rate and largest fragment of one run or several.
 
     The rate is drawn against that of a rigid body with the same angular momentum, which is the
@@ -150,16 +151,17 @@ def drawn(runs, labels=None):
     """
     runs, labels = style.label_runs(runs, labels)
     figure, (axes, below) = style.create_figure(height=4.6, rows=2)
-    found = [spin_up(run) for run in runs]
-    for number, (one, label) in enumerate(zip(found, labels, strict=True)):
+    spins = [measure_spin_up(run) for run in runs]
+    for number, (spin, label) in enumerate(zip(spins, labels, strict=True)):
         look = style.run_style(number)
-        given, rate, share = (a[: one.shown] for a in (one.given, one.rate, one.share))
-        axes.plot(given / 1e6, rate / 1e6, label=label, **look)
-        below.plot(given / 1e6, share, **look)
-    largest = max(float(one.given[: one.shown].max()) for one in found) / 1e6
+        values = (spin.rigid_rate, spin.rate, spin.largest_share)
+        rigid_rate, rate, share = (value[: spin.count_shown] for value in values)
+        axes.plot(rigid_rate / 1e6, rate / 1e6, label=label, **look)
+        below.plot(rigid_rate / 1e6, share, **look)
+    largest = max(float(spin.rigid_rate[: spin.count_shown].max()) for spin in spins) / 1e6
     rigid = [0.0, largest]
     axes.plot(rigid, rigid, **style.line_look(style.GREY, 1.0, style.DOTTED))
-    below.axhline(WHOLE, **style.line_look(style.GREY, 1.0, style.DASHED))
+    below.axhline(INTACT, **style.line_look(style.GREY, 1.0, style.DASHED))
     below.set_ylim(0.0, 1.05)
     below.set_xlabel(r"$L/I_0$ ($10^6$ rad/s)")
     axes.set_ylabel(r"rotation rate ($10^6$ rad/s)")
@@ -168,4 +170,4 @@ def drawn(runs, labels=None):
     return figure
 
 
-plots.register(drawn)
+plots.register(draw_spin_up)

@@ -58,7 +58,7 @@ def rhombus(tmp_path_factory):
 def test_four_grains_break_where_mechanics_says(extension, rhombus):
     """The forces N of the slanted contacts carry F = 2 N cos 30° and pull the middle contact apart
     with 2 N sin 30° = F/sqrt(3), which holds up to F_c."""
-    measurement = extension.diametral(rhombus)
+    measurement = extension.measure_diametral(rhombus)
     assert extension.is_diametral(rhombus) and measurement.passed
     diameter, length = 2.001 * ROW, 2 * RADIUS
     expected = 2.0 * np.sqrt(3.0) * PAIR.F_c / (np.pi * diameter * length)
@@ -67,7 +67,10 @@ def test_four_grains_break_where_mechanics_says(extension, rhombus):
     volume = 4.0 * 4.0 / 3.0 * RADIUS**3 / (diameter**2 / 4.0 * length)
     assert measurement.filling_factor == pytest.approx(volume, rel=1e-9)
     numbers, failed = extension.DIAMETRAL.evaluate(rhombus)
-    assert not failed and numbers["diametral_strength"] == extension.diametral(rhombus).strength
+    assert (
+        not failed
+        and numbers["diametral_strength"] == extension.measure_diametral(rhombus).strength
+    )
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
     (axes,) = plots.draw_figures(rhombus)["diametral"].axes
     assert axes.get_xlabel() == "deflection over the diameter"
@@ -114,7 +117,7 @@ def test_stress_in_an_elastic_disc(extension, elastic):
     """Contact forces within a third of the radius add up to the closed form, which does not depend
     on the elastic constants. The rim is a lattice's: its radius is known to half a row."""
     frame = analysis.read_frame(elastic, -1)
-    measurement = extension.diametral(elastic)
+    measurement = extension.measure_diametral(elastic)
     radius = measurement.diameter / 2.0
     force = measurement.stress[-1] * np.pi * measurement.diameter * measurement.length / 2.0
     assert 0.2 * PAIR.F_c < force < np.sqrt(3.0) * PAIR.F_c
@@ -136,7 +139,7 @@ def test_stress_in_an_elastic_disc(extension, elastic):
     np.testing.assert_allclose(
         middle, measurement.stress[-1] * measurement.length * np.array([1.0, -3.0])
     )
-    assert not extension.diametral(elastic).passed
+    assert not extension.measure_diametral(elastic).passed
     rows = {row[0]: row[1] for row in analysis.tabulate(analysis.summarise(elastic))}
     assert rows["diametral strength"].startswith("at least")
 
@@ -161,29 +164,29 @@ def test_the_strength_is_the_first_maximum_that_the_force_stays_below(extension)
     """A peak of 1 kPa, a lasting fall by 30 %, and a second rise when the remnant is pressed."""
     up, down = np.linspace(0, 1e3, 100), np.linspace(1e3, 7e2, 50)
     second_rise = np.concatenate([np.full(60, 7e2), np.linspace(7e2, 5e3, 99)])
-    measurement = extension.diametral(record_press(np.concatenate([up, down, second_rise])))
+    measurement = extension.measure_diametral(record_press(np.concatenate([up, down, second_rise])))
     # the mean over ten records about the peak, by hand: 5 of a slope of 10.1, 5 of one of 6.1 Pa
     assert measurement.passed and measurement.strength == pytest.approx(1e3, rel=0.04)
     assert measurement.strength_strain == pytest.approx(0.1, abs=5e-3)
     small = np.concatenate(
         [up, np.linspace(1e3, (1 - extension.FALL + 0.05) * 1e3, 50), second_rise[60:]]
     )
-    measurement = extension.diametral(record_press(small))
+    measurement = extension.measure_diametral(record_press(small))
     assert not measurement.passed and measurement.strength == pytest.approx(5e3, rel=0.05)
     assert np.interp(0.05, measurement.strain, measurement.mean) == pytest.approx(500, rel=0.02)
     # a grain that slips between the plates: a fall by half that is over after 2 % of the diameter
     blip = np.concatenate([np.linspace(0, 500, 30), np.linspace(250, 500, 20), 0.5e3 + up])
-    assert not extension.diametral(record_press(blip)).passed
+    assert not extension.measure_diametral(record_press(blip)).passed
 
 
 def test_what_is_no_diametral_compression(extension):
     run = record_press([1.0] * 5)
     with pytest.raises(DustError, match="has 5 records of the force; allowed: 10 or more"):
-        extension.diametral(run)
+        extension.measure_diametral(run)
     run.attrs["sample"] = "{shape: cylinder}"
     assert not extension.is_diametral(run)
     with pytest.raises(DustError, match="is no diametral compression, which needs a lying"):
-        extension.diametral(run)
+        extension.measure_diametral(run)
 
 
 MASS, _ = ref.mass_and_inertia()
@@ -224,15 +227,17 @@ def spun(spin_up, tmp_path_factory):
 @pytest.mark.long
 def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spin_up, spun):
     run, critical = spun
-    spin = spin_up.spin_up(run)
-    assert spin_up.is_spun(run) and spin.broken is not None and spin.share[spin.broken] == 0.5
+    spin = spin_up.measure_spin_up(run)
+    assert (
+        spin_up.is_spun(run) and spin.broken is not None and spin.largest_share[spin.broken] == 0.5
+    )
     # the step before the critical one, or that which swings beyond it
     assert 0.95 * critical < spin.rate[spin.top] < 1.01 * critical
-    rates = spin.given[: spin.broken] / critical
+    rates = spin.rigid_rate[: spin.broken] / critical
     nearest = np.abs(rates[:, None] - [0.0, *RATES]).min(axis=1)
     # the moment of inertia is that of the chain already stretched by half of the critical rate
     assert nearest.max() < 1e-3 and rates[-1] >= 0.96
-    assert np.all(spin.rate[: spin.broken] <= 1.001 * spin.given[: spin.broken])
+    assert np.all(spin.rate[: spin.broken] <= 1.001 * spin.rigid_rate[: spin.broken])
     run, critical = spun
     numbers, failed = spin_up.SPIN_UP.evaluate(run)
     assert not failed and numbers["spin_broken"] and numbers["spin_rate"] < 1.01 * critical
@@ -263,4 +268,4 @@ def test_what_is_no_aggregate_is_refused(spin_up, spun, monkeypatch):
     monkeypatch.setattr(spin_up, "read_frame", lambda run, n: last)
     last = analysis.read_frame(run, -1)
     with pytest.raises(DustError, match="must be one piece"):
-        spin_up.spin_up(run)
+        spin_up.measure_spin_up(run)

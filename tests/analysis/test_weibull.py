@@ -20,8 +20,9 @@ from dusttaichi.report import collect_ensemble_data
 
 OWN = "kimura2020/weibull.py"
 with import_bundled(OWN) as own:
-    CONFIDENCE, Strengths, size_effect = own.CONFIDENCE, own.Strengths, own.size_effect
-    strength_tables, strengths_of, weibull = own.strength_tables, own.strengths_of, own.weibull
+    CONFIDENCE, Strengths, fit_size_effect = own.CONFIDENCE, own.Strengths, own.fit_size_effect
+    tabulate_strengths, list_strengths = own.tabulate_strengths, own.list_strengths
+    fit_weibull = own.fit_weibull
 
 
 M, S0 = 6.0, 8e3  # modulus; scale [Pa]
@@ -35,7 +36,7 @@ def draw_strengths(count, sets=1, m=M, s0=S0, seed=0):
 def test_largest_likelihood_is_that_of_scipy(count):
     """Within the tolerance of SciPy's simplex, 1e-4."""
     samples = draw_strengths(count)
-    (modulus,), (log_scale,) = own._fitted(np.log(samples))
+    (modulus,), (log_scale,) = own._fit_logs(np.log(samples))
     m, _, s0 = scipy.stats.weibull_min.fit(samples[0], floc=0)
     assert (modulus, np.exp(log_scale)) == pytest.approx((m, s0), rel=1e-3)
 
@@ -43,7 +44,7 @@ def test_largest_likelihood_is_that_of_scipy(count):
 @pytest.mark.parametrize("count", [5, 10])
 def test_intervals_contain_the_truth_as_often_as_they_say(count):
     """Of 600 sets; the share is certain to sqrt(0.68 * 0.32 / 600) = 0.019, and so is half."""
-    fits = [weibull(sample) for sample in draw_strengths(count, 600)]
+    fits = [fit_weibull(sample) for sample in draw_strengths(count, 600)]
     for name, truth in (("modulus", M), ("scale", S0)):
         low, middle, high = (
             np.array([getattr(sample, name + end) for sample in fits])
@@ -53,19 +54,20 @@ def test_intervals_contain_the_truth_as_often_as_they_say(count):
         assert np.mean(middle < truth) == pytest.approx(0.5, abs=3 * 0.02)
     sample = fits[0]
     assert (
-        sample.share_failed(sample.scale) == pytest.approx(1 - np.exp(-1)) and sample.count == count
+        sample.failed_fraction(sample.scale) == pytest.approx(1 - np.exp(-1))
+        and sample.count == count
     )
 
 
 def test_too_few_have_no_modulus_no_effect_of_their_size_and_no_table():
-    assert weibull([1.0, 2.0, 3.0, 4.0]) is None  # too few
-    assert weibull([1.0, 2.0, 3.0, 4.0, -1.0]) is None
-    assert weibull([2.0] * 8) is None
-    assert size_effect(groups(0.0, sizes=(256,))) is None
-    assert size_effect(groups(0.0, count=1)) is None
+    assert fit_weibull([1.0, 2.0, 3.0, 4.0]) is None  # too few
+    assert fit_weibull([1.0, 2.0, 3.0, 4.0, -1.0]) is None
+    assert fit_weibull([2.0] * 8) is None
+    assert fit_size_effect(groups(0.0, sizes=(256,))) is None
+    assert fit_size_effect(groups(0.0, count=1)) is None
     data = sweep(np.array([[1e3, 2e3, 3e3]]), (256,))
-    assert strength_tables(strengths_of(data)) == ([], []) and own.WEIBULL.draw(data) is None
-    assert strengths_of(data.drop_vars("strength")) == []
+    assert tabulate_strengths(list_strengths(data)) == ([], []) and own.WEIBULL.draw(data) is None
+    assert list_strengths(data.drop_vars("strength")) == []
 
 
 def groups(exponent, sizes=(256, 1024, 4096), count=10):
@@ -80,7 +82,7 @@ def groups(exponent, sizes=(256, 1024, 4096), count=10):
 def test_a_weakest_link_and_no_effect_of_the_size(exponent):
     """300 samples of each size: the scatter of a Weibull's logarithm, pi/(sqrt(6) m), is known to
     3 %, of which three are allowed."""
-    effect = size_effect(groups(exponent, count=300))
+    effect = fit_size_effect(groups(exponent, count=300))
     assert abs(effect.exponent - exponent) < 3 * effect.exponent_sigma < 0.03
     assert effect.weakest_link == pytest.approx(-1.0 / M, rel=0.1)
     # its uncertainty, by hand: the scatter over the distance of the logarithms of the sizes
@@ -102,11 +104,11 @@ def test_tables_and_figure_of_a_sweep():
     values = np.array([group.values for group in groups(0.0, sizes=(256, 1024))])
     values[1, 3] = np.nan  # a run without strength
     data = sweep(values, (256, 1024))
-    assert [len(group.values) for group in strengths_of(data)] == [10, 9]
-    columns, lines = strength_tables(strengths_of(data))
+    assert [len(group.values) for group in list_strengths(data)] == [10, 9]
+    columns, lines = tabulate_strengths(list_strengths(data))
     cells = {head: texts for head, texts in columns}
     assert cells["grains"] == ["256", "1,024"] and cells["samples"] == ["10", "9"]
-    fit = weibull(values[0])
+    fit = fit_weibull(values[0])
     assert cells["modulus m"][0].startswith(f"{fit.modulus:.3g} ({fit.modulus_low:.3g} to ")
     assert len(lines) == 2 and "weakest link" in lines[1]
     left_axes, right = own.WEIBULL.draw(data).axes
