@@ -25,7 +25,7 @@ class SpinUp:
     rate [rad/s] (snapshots,): |L|/I of all grains about their centre of mass, with the moment of
     inertia about L, spins and the grains' own moments included. rigid_rate [rad/s] (snapshots,):
     that of a rigid body, |L| over the moment of inertia of the first snapshot. largest_share
-    (snapshots,): share of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
+    (snapshots,): of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
     the mean over a plane through the axis of a uniform sphere of the same mass (half of it pulls
     with pi rho R^4 omega^2 / 4), with R = sqrt(5/3) R_g of the first snapshot. filling_factor: of
     that sphere. law [Pa]: tensile strength at it by T19 eq 33, NaN for an unknown material. top:
