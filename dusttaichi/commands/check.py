@@ -44,7 +44,7 @@ def check(
     def read():
         scene = options.load_scene(file, settings=settings, extensions=extensions)
         forecast = Forecast(scene)
-        _tell_costs(forecast.scene)
+        _remark_on_costs(forecast.scene)
         with progress_bar(as_json) as bar, show_sample(bar):
             forecast.make()
         return forecast
@@ -87,8 +87,8 @@ def check(
     say(f"\nmore: {', '.join(further)}")
 
 
-def _tell_costs(scene):
-    """Tell before a sample is made that it takes long, and how its cost grows."""
+def _remark_on_costs(scene):
+    """Remark before a slow sample is made how long it takes, and how its time grows."""
     costs = getattr(getattr(scene, "sample", None), "costs", None)
     for name, cost in ({} if costs is None else costs(scene)).items():
         if cost.seconds > SLOW:

@@ -56,7 +56,7 @@ class ThreadPool:
     def measure_waiting(self):
         """Time that the threads have waited for a core since their start [s], all together.
 
-        They could compute, but other threads had their cores. 0 where the system does not tell.
+        Other threads had their cores. 0 where the system does not count it.
         """
         return sum(map(_read_waiting_time, self.threads))
 

@@ -19,7 +19,7 @@ PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
 
 @contextmanager
 def _errors_alone(variable):
-    """Context in which a compiler logs errors alone; in a notebook it would tell of its output."""
+    """Context in which a compiler logs errors alone; in a notebook it would announce its output."""
     if variable in os.environ:
         yield
         return

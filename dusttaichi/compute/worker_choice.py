@@ -28,15 +28,15 @@ class Timing:
 
 
 class WorkerChoice:
-    """Makes the steps of a simulation with the fastest number of workers.
+    """Computes the steps of a simulation with the fastest number of workers.
 
     At intervals another number is tried: half of it or twice as many, down to one and up to all.
     The two alternate, because other work on the machine changes the rate of both; the median of the
     ratios decides. Workers that wait for one which the system does not run lose more than they
-    gain, tenfold if they share a core. Steps are therefore made in pieces, and a short first piece
-    ends a hopeless trial. Where the system tells how long its threads waited for cores, a number
-    whose workers do so is left at once, without a trial, which would take a time that other
-    programs make long and uncertain. Results do not depend on the number. sim: with
+    gain, tenfold if they share a core. A trial therefore has several pieces, and a short first one
+    ends a hopeless trial. Where the system measures how long threads wait for cores, a number of
+    workers that wait is given up without a trial, whose result would be long in coming and
+    uncertain beside other programs. Results do not depend on the number. sim: with
     `advance(steps)` and `threads`; fixed: never change the number; clock, measure_waiting: time,
     and time that the threads have waited for cores [s].
     """

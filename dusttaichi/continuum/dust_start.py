@@ -56,7 +56,7 @@ def put_bodies(scene, sample, state):
 def put_particles(sample, state, rows):
     """Put particles into fields; rows: of the faces and rigid bodies.
 
-    Raises DustError where none of them gives way.
+    Raises DustError where all of them are rigid or fixed.
     """
     axes, count = state.axes, len(sample)
     role = sample.role.astype(np.int32)

@@ -22,8 +22,8 @@ where the wall stops, and dust that yields needs microseconds to carry it at res
 speed of the last stage, |v| may be as large for some time, and g is IN_MOTION at first, from which
 it goes to AT_REST within FADING intervals or so. A wall that changes its speed also pushes the
 particles that touch it, which the next interval measures as a load: v follows from e averaged over
-the last SMOOTH intervals. k is FIRM until it has been measured, since constant speed tells nothing
-about it, or that of the last stage if this controlled a load by the same walls or faces and k was
+the last SMOOTH intervals. k is FIRM until it has been measured (constant speed does not measure
+it), or that of the last stage if this controlled a load by the same walls or faces and k was
 larger. Walls and faces that were at rest start at rest.
 """
 
@@ -135,7 +135,7 @@ class Servo:
     def _measure_stiffness(self, change: NDArray[np.float64], strain: NDArray[np.float64]) -> Servo:
         """The Servo with the stiffness after a change of the relative load over a strain, (n,).
 
-        At the largest speed it does not fall, since constant speed tells nothing about it.
+        At the largest speed it does not fall: constant speed does not measure it.
         """
         updated = replace(
             self,

@@ -230,7 +230,7 @@ class Ledger:
         sums.face_power = self.face_power()
 
     def close_sphere(self):
-        """Book the work of the sphere, whose drive changes."""
+        """Add the work of the sphere to the sums before its drive changes."""
         force, impulse = self._sphere.load()[0], self._sphere.impulses()[:3]
         self.sums.sphere_work = self._sphere.work(force, impulse, self.sums)
         self.sums.sphere_force, self.sums.sphere_impulse = force, impulse

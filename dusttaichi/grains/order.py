@@ -1,23 +1,23 @@
-"""The order of the grains in memory: what is near in space is near there, for caches and workers.
+"""Order of the grains in memory: neighbours in space are near in memory, for caches and workers.
 
 A worker has a run of the grains and of their pairs (grains.step). What one computes and another
 needs goes from core to core, which takes as long as a hundred operations, several hundred where the
 cores share no cache. So the runs of two, four, eight workers are halves of the sample, halves of
-those and so on, each cut across its longest edge, and the grains at a cut stand together.
+those and so on, each cut across its longest edge, and the grains at a cut are together.
 """
 
 import numpy as np
 
 PART = 256  # grains that are not cut
 MOST_CUTS = 7  # times that a sample is cut
-NEAR_CUTS = 3  # of the first of them, the grains at a cut stand together
+NEAR_CUTS = 3  # of the first of them, the grains at a cut are together
 
 
 def grain_order(positions, cell):
-    """Indices of the grains (N,) in the order that they shall have. positions (N, 3).
+    """Indices of the grains (N,) in their order in memory. positions (N, 3).
 
-    Part by part, in it along a Morton curve, what is at a cut last. cell: edge of the cells, two
-    grains wide, along whose curve the grains of a part stand.
+    Part by part, within a part along a Morton curve, the grains at a cut last. cell: edge of the
+    cells of that curve, two grains wide.
     """
     key = morton_key(positions, cell)
     groups, at_cut = bisect_grains(positions, 0.5 * cell)

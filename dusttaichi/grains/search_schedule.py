@@ -25,10 +25,9 @@ class Search:
 
     kernels: those of a Compiled, by name. scratch: memory.Table of the search, by name. numbers:
     ledger.ContactNumbers. sphere: MovingSphere, or None. members: number of them (grains.members),
-    1 without. skin [um], chosen at every search unless
-    `fixed_skin` is given. searched_at, wall_due: steps of the last search, and at which walls or
-    faces ask for the next. count: searches so far. around: entered around every search on the way,
-    so that a benchmark can time it.
+    1 without. skin [um], chosen at every search without `fixed_skin`. searched_at, wall_due: steps
+    of the last search, and at which walls or faces ask for the next. count: searches so far.
+    stopwatch: context of every search, so that a benchmark can time it.
     """
 
     def __init__(
@@ -47,8 +46,8 @@ class Search:
 
     @property
     def reach2(self):
-        """Square of the way that a grain may go before the next search is due [um^2]."""
-        # every grain has gone further than the root of -1: a requested search is due at once
+        """Square of the distance that a grain may move before the next search is due [um^2]."""
+        # below 0, so that every grain has moved further: a requested search is due at once
         return -1.0 if self.requested else (self._skin_shares()[0] * self.skin) ** 2
 
     def numbers(self):

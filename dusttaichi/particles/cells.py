@@ -198,7 +198,7 @@ class Cells:
         begin, size: first cell of the box, which is one beyond that of a place at most, and number
         of cells along each axis. cut: number of its slice across the first axis; number: of the run
         in that. Runs are one behind another in the order of the cells; beyond periodic faces they
-        are images, which stand that far away.
+        are images; `image` is their displacement.
         """
         n = ti.static(self.n)
         cells, cell, number_left = self.along(grid), begin, number

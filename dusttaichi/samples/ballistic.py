@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from dusttaichi.physics.near import near
 from dusttaichi.samples.mixture import Grains
 from dusttaichi.samples.sample import ROUNDING
-from dusttaichi.scene.making import tell
+from dusttaichi.scene.making import report_progress
 
 
 def random_directions(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -193,7 +193,7 @@ def grow_aggregate(
     out = Aggregate(first, impact_parameter)
     out.positions = grow_clusters(first, rng)
     for begin in range(cluster, len(grains), cluster):
-        tell(begin, len(grains))
+        report_progress(begin, len(grains))
         projectile = grains.select(slice(begin, begin + cluster))
         out.add(grow_clusters(projectile, rng), projectile, rng)
     return out.centre_positions()

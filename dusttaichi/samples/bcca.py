@@ -22,7 +22,7 @@ from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, pl
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.scene.fields import Count, Field, Number
-from dusttaichi.scene.making import tell
+from dusttaichi.scene.making import report_progress
 
 MOST_GRAINS = 2**20  # a minute or two
 
@@ -52,7 +52,7 @@ def generations(grains: int, distance: float, rng: np.random.Generator) -> Itera
     yield clusters
     while len(clusters) > 1:
         clusters = collide(clusters[0::2], clusters[1::2], distance, rng)
-        tell(np.log2(clusters.shape[1]), np.log2(grains))
+        report_progress(np.log2(clusters.shape[1]), np.log2(grains))
         yield clusters
 
 

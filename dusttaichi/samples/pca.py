@@ -31,7 +31,7 @@ from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
-from dusttaichi.scene.making import Cost, tell
+from dusttaichi.scene.making import Cost, report_progress
 
 BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
@@ -149,7 +149,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         _check_grains(count)
         while len(aggregate.positions) < count:
             aggregate.shoot(rng)
-            tell(len(aggregate.positions), count)
+            report_progress(len(aggregate.positions), count)
         positions = aggregate.positions[: spec.grains]
         positions = positions - positions.mean(axis=0)
     else:
@@ -177,7 +177,7 @@ def _one_by_one(spec: PcaSample, materials: Materials, rng: np.random.Generator)
     grown = ballistic.Aggregate(draw_grains(spec, materials, 1, rng), spec.impact_parameter)
     factor = None
     while factor is None:
-        tell(len(grown.positions))
+        report_progress(len(grown.positions))
         for _ in range(max(20, len(grown.positions) // 10)):
             grown.add(np.zeros((1, 3)), draw_grains(spec, materials, 1, rng), rng)
         scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
@@ -201,7 +201,7 @@ def _grow_cut(
     factor = None
     while factor is None:
         aggregate.shoot(rng)
-        tell(len(aggregate.positions))
+        report_progress(len(aggregate.positions))
         scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
         factor = _find_settled_factor(spec, edges, scale, aggregate.reach)
     values: NDArray[Any] = aggregate.positions[scale <= factor] + [0.0, 0.0, factor * edges[2] / 2]

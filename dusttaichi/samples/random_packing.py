@@ -23,7 +23,7 @@ from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
-from dusttaichi.scene.making import Cost, tell
+from dusttaichi.scene.making import Cost, report_progress
 
 MOST_GRAINS = 2e5  # minutes
 SECONDS = 2.5e-4  # of a round and a grain
@@ -136,7 +136,7 @@ def _pushed_apart(
         return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
 
     for number in range(MOST_ROUNDS):
-        tell(number, MOST_ROUNDS)
+        report_progress(number, MOST_ROUNDS)
         if _apart(x, box, grains, unit):
             values: np.ndarray | None = np.mod(x, box) * unit
             return values

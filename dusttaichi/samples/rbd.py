@@ -34,7 +34,7 @@ from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, che
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
 from dusttaichi.scene.fields import AnyScene, Faults, Field, Number
-from dusttaichi.scene.making import tell
+from dusttaichi.scene.making import report_progress
 from dusttaichi.scene.quantities import Quantity
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to estimate the width
@@ -245,7 +245,7 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
         deposit = Deposit(period, crowd)
         while deposit.complete_below <= spec.base + factor * edges[2] - crowd.smallest:
             _drop_batch(deposit, rng)
-            tell(deposit.complete_below, spec.base + min(factor * edges[2], height))
+            report_progress(deposit.complete_below, spec.base + min(factor * edges[2], height))
             if spec.grains is not None and len(deposit.positions) >= spec.grains:
                 scale, last = _scale(deposit, spec, edges), spec.grains - 1
                 factor = np.partition(scale, last)[last]
@@ -282,7 +282,7 @@ def _one_period(spec: RbdSample, materials: Materials) -> Sample:
     deposit, top = Deposit(edges[:2], crowd), edges[2] if spec.grains is None else math.inf
     while deposit.complete_below <= spec.base + top - crowd.smallest:
         _drop_batch(deposit, rng)
-        tell(deposit.complete_below, spec.base + min(top, edges[2]))
+        report_progress(deposit.complete_below, spec.base + min(top, edges[2]))
         if spec.grains is not None and len(deposit.positions) >= spec.grains:
             top = np.partition(_tops(deposit, spec), spec.grains - 1)[spec.grains - 1]
     x, tops = _place_about_axis(deposit, spec), _tops(deposit, spec)

@@ -22,7 +22,7 @@ from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
-from dusttaichi.scene.making import Cost, tell
+from dusttaichi.scene.making import Cost, report_progress
 
 MOST_GRAINS = 30_000  # two minutes
 SECONDS = 2e-7  # over the square of the number of grains
@@ -103,7 +103,7 @@ def _grow_tree(
     radii, x = grains.radii, np.empty((len(grains), 3))
     x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
     for k in range(1, len(grains)):
-        tell(k * k, len(grains) ** 2)  # each grain is compared with all before it
+        report_progress(k * k, len(grains) ** 2)  # each grain is compared with all before it
         touch = grains.distance(k, np.arange(k))
         for _ in range(TRIES):
             x[k] = _place_grain(x[:k], radii[:k], touch, (edges, radii[k]), rng)

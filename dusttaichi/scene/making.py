@@ -33,7 +33,7 @@ def listening(listener: Listener) -> Iterator[None]:
         _listener.reset(token)
 
 
-def tell(finished: float, total: float | None = None) -> None:
-    """Tell the listener, if there is one, that `finished` of `total` of a sample is made."""
+def report_progress(finished: float, total: float | None = None) -> None:
+    """Report to the listener, if any, that `finished` of `total` of a sample is made."""
     if (listener := _listener.get()) is not None:
         listener(finished, total)

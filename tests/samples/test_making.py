@@ -8,10 +8,10 @@ from bodies import SIZES, scene
 
 from dusttaichi import method
 from dusttaichi.commands import progress
-from dusttaichi.commands.check import _tell_costs
+from dusttaichi.commands.check import _remark_on_costs
 from dusttaichi.continuum.samples.lattice import glass
 from dusttaichi.scene import Scene
-from dusttaichi.scene.making import listening, tell
+from dusttaichi.scene.making import listening, report_progress
 
 KINDS = {
     "rbd": {"grains": 3000},
@@ -53,12 +53,12 @@ def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
         (scene(kind="pca", grains=30_000, sizes=SIZES), "sample.kind = pca"),
         (scene(kind="random_packing", grains=100_000), "sample.kind = random_packing"),
     ):
-        _tell_costs(one)
+        _remark_on_costs(one)
         text = " ".join(capsys.readouterr().err.split())
         assert text.startswith(f"{path}: this sample takes about ")
         assert "its cost grows as N" in text
     for one in (scene(**tree | {"grains": 100}), scene(kind="rbd", grains=1_000_000)):
-        _tell_costs(one)
+        _remark_on_costs(one)
     assert capsys.readouterr().err == ""
 
 
@@ -86,5 +86,5 @@ def test_a_bar_is_updated_seldom(monkeypatch):
     with progress.show_sample(bar):
         for grain in range(200):
             clock[0] = 0.01 * grain
-            tell(grain, 200)
+            report_progress(grain, 200)
     assert shown[0][:2] == ("sample", 101) and 5 < len(shown) < 12

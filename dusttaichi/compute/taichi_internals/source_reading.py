@@ -37,9 +37,9 @@ def patches():
     Each has its gain in the first step, kernels cached: processor time of `configs/smoke.yaml` on
     an AMD EPYC, median of nine pairs in turn with and without it. Errors name the line of the
     source without marks under its words. The lines of a function are read and parsed once, not at
-    every call; for that the pass over a node leaves no note in it. Structs with the same members
-    share one class. Products of vectors are expressions at once, not functions whose sources are
-    read at every call; without it kernels are other code.
+    every call; for that the pass over a node must not change it. Structs with the same members
+    share one class. Products of vectors are compiled as expressions, not as functions whose sources
+    are read at every call; without this replacement kernels are compiled to other code.
     """
     if not engine.is_tested():
         return []

@@ -39,7 +39,7 @@ class Pieces:
 
     @property
     def sticking_share(self):
-        """Share of the mass in pieces that touch something that does not give way."""
+        """Share of the mass in pieces that touch something rigid or fixed."""
         return float(self.mass[self.sticks].sum() / self.mass.sum())
 
 

@@ -12,7 +12,7 @@ from dusttaichi.results.datasets import read_at
 
 @dataclass(frozen=True)
 class Intrusion:
-    """The way of a rigid body into dust, from the first touch, in SI.
+    """Penetration of a rigid body into dust, from the first touch on, in SI.
 
     name: of the body. time (n,); height h (n,), 0 at the first touch; velocity (n,) upwards.
     speed: downwards at the first touch. mass [kg, or kg/m], diameter [m], dimension. momentum:

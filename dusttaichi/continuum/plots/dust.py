@@ -187,7 +187,7 @@ def _between_faces(run):
 
 @figure("Pressure on the faces", 170, applies=_between_faces)
 def wall_forces(run):
-    """Pressure on those faces of a Run of the continuum where something stands, over time."""
+    """Pressure on those faces of a Run of the continuum that are walls, over time."""
     series = run.whole.series
     boundary = run.scene.get("boundary", {})
     figure, (axes,) = style.create_figure()

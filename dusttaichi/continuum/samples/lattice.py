@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene.making import tell
+from dusttaichi.scene.making import report_progress
 
 BYTES = 1000  # approximate memory of a particle with its neighbours, which limits a sample
 MOST_PARTICLES = 2e7
@@ -101,7 +101,7 @@ def glass(size, spacing: float, seed: int) -> np.ndarray:
     if count < 3 or reach >= size.min() / 2:
         return points - size / 2
     for number in range(ROUNDS):
-        tell(number, ROUNDS)
+        report_progress(number, ROUNDS)
         points = _push_apart(points, size, reach, spacing * 0.5 * (1 - number / ROUNDS))
     return points - size / 2
 

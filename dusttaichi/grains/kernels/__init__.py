@@ -1,1 +1,1 @@
-"""Thin loops: gather, call the physics, scatter. No formula of physics stands here."""
+"""Thin loops: gather, call the physics, scatter. They contain no formula of physics."""

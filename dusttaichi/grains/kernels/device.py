@@ -33,12 +33,12 @@ class ContactThreads(ContactPass):
         self.SUMS = self.WORK + bool(layout.periodic)
 
     @ti.func
-    def add_loss(self, books: ti.template(), channel: ti.template(), value):
-        books[channel] = books[channel] + ti.cast(value, ti.f64)
+    def add_loss(self, block_sums: ti.template(), channel: ti.template(), value):
+        block_sums[channel] = block_sums[channel] + ti.cast(value, ti.f64)
 
     @ti.func
-    def thread(self, books: ti.template(), block, dt_wide, boundary):
-        """The contact of a block, which has one; its sums are added to `books`."""
+    def thread(self, block_sums: ti.template(), block, dt_wide, boundary):
+        """The contact of a block, which has one; its sums are added to `block_sums`."""
         sums = [ti.Vector.zero(self.dtype, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.dtype, 9)
         constants, dt = self.block_numbers(boundary), ti.cast(dt_wide, self.dtype)
@@ -46,14 +46,14 @@ class ContactThreads(ContactPass):
         totals = self.totals(sums)
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
-                self.add_loss(books, channel, totals[n])
+                self.add_loss(block_sums, channel, totals[n])
         if ti.static(self.stress):
             for n in ti.static(range(9)):
-                books[self.LOSSES + n] = ti.cast(virial[n], ti.f64)
+                block_sums[self.LOSSES + n] = ti.cast(virial[n], ti.f64)
         if ti.static(self.faces):
-            books[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
+            block_sums[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
         if totals[self.CHANGES] > 0.0:
-            self.change_block(block, books, dt, constants, boundary)
+            self.change_block(block, block_sums, dt, constants, boundary)
         if ti.static(self.round):
             self.add_surface_impulse(block, dt_wide, boundary)
         elif ti.static(self.flat):
@@ -128,7 +128,7 @@ class Threads:
         """The contact of a block, of any kind, each of which begins with a whole tile."""
         thread, pass_number = block % THREADS, -1
         first = block - thread
-        books = ti.Vector.zero(ti.f64, ti.static(max(1, self.sums)))
+        block_sums = ti.Vector.zero(ti.f64, ti.static(max(1, self.sums)))
         for n, contact_pass in ti.static(self.contacts):
             end = contact_pass.first() + contact_pass.blocks()
             if first >= contact_pass.first() and first < end:
@@ -136,16 +136,16 @@ class Threads:
                 if block < end:
                     if ti.static(contact_pass.flat):
                         contact_pass.thread(
-                            books,
+                            block_sums,
                             block,
                             dt,
                             contact_pass.gatherer.place(block, self.planes, dt * step),
                         )
                     else:
-                        contact_pass.thread(books, block, dt, self.frame(row))
+                        contact_pass.thread(block_sums, block, dt, self.frame(row))
         if ti.static(self.sums > 0):
             if pass_number >= 0:  # the same for all threads of a block
-                total = self._contact_sums.total(books, thread)
+                total = self._contact_sums.total(block_sums, thread)
                 for n, contact_pass in ti.static(self.contacts):
                     if pass_number == n:
                         contact_pass.put(

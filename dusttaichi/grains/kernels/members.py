@@ -1,7 +1,7 @@
 """Members: independent pairs of bodies side by side in one simulation, none of which sees another.
 
 The positions of a member are about an origin of its own, so that all its numbers have the bits that
-they have alone; only the cells of the search stand apart.
+they have alone; only the cells of the search are apart.
 """
 
 from dusttaichi.compute.engine import ti

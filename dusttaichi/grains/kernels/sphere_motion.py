@@ -1,8 +1,8 @@
 """The rigid sphere among the grains: which grains are near it, the loads on it, how it moves.
 
-It moves like a grain and stands behind them in the fields of motion; its contacts are pairs (the
+It moves like a grain and is stored behind them in the fields of motion; its contacts are pairs (the
 grain first) whose numbers differ from those of two grains, so that they have blocks of their own.
-The search looks at every grain: a grid with cells as wide as the sphere would be none.
+The search visits every grain: with cells as wide as the sphere a grid would exclude hardly any.
 """
 
 from types import SimpleNamespace

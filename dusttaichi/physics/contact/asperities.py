@@ -55,10 +55,10 @@ def loss(u, constants):
 
 @ti.func
 def impulse(u, change, constants):
-    """J >= 0 that takes `loss` from a contact that is approaching, u < 0; at most all there is.
+    """J >= 0 that takes `loss` from a contact that is approaching, u < 0, or all its energy.
 
-    u: half a step back, before the grains touched: what E_asp is a function of. change: what the
-    other forces of the contact make of it in the whole step. The work of J is J times the mean of
+    u: half a step back, before the grains touched, of which E_asp is a function. change: of u by
+    the other forces of the contact in the whole step. The work of J is J times the mean of
     the speeds before and after, -u - change/2 - J/(2 mu), so that there is mu/2 times the square
     of `speed` to take, and a touch that loses all ends at rest.
     """

@@ -66,8 +66,8 @@ def normal_stiffness(gamma, R, E_star):
 def first_touch(delta0, s):
     """Gap of two surfaces [m] at which a contact of stiffness s E forms: delta0 (1 - s^(2/3)).
 
-    delta0 of E is s^(2/3) times that of s E. What it has more is added to the distance of first
-    touch, so that softened grains at rest have the distance of the others, and the filling factor.
+    delta0 of E is s^(2/3) times that of s E. Their difference is added to the distance of first
+    touch, so that softened grains have the same distance at rest, and the same filling factor.
     """
     return delta0 * (1.0 - s ** (2.0 / 3.0))
 

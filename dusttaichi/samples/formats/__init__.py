@@ -1,4 +1,4 @@
-"""Readers of files with grains, one a family of formats; the content tells which it is.
+"""Readers of files with grains, one a family of formats; the content decides which it is.
 
 - lists: CSV, tables between white space, text of YADE
 - dump, data: LAMMPS and LIGGGHTS
