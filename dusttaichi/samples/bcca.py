@@ -105,7 +105,7 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
     if is_mixture(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
         grains = draw_grains(spec, materials, spec.grains, rng)
-        x = ballistic.grow_clusters(grains, rng, spec.mass_ratio, tell)
+        x = ballistic.grow_clusters(grains, rng, spec.mass_ratio, report_progress)
         return place_grains(x, grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
     return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

@@ -21,7 +21,7 @@ from dusttaichi.samples.formats.order import guess
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_integer_column, is_text, parse
 
 COMMENT = ("#", "%", "!", "//")
-_LOOKED_AT = 50  # rows that tell how cells are separated
+_LOOKED_AT = 50  # rows that decide how cells are separated
 _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?")
 _COUNT = re.compile(r"\s*(\d+)\s*(?:[=#a-zA-Z].*)?")
 ALLOWED = (
