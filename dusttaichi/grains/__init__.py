@@ -1,1 +1,1 @@
-"""The method `grains`: every grain is a sphere that is moved on its own, its contacts after JKR."""
+"""The method `grains`: every grain is a sphere with its own motion and JKR contacts."""

@@ -1,4 +1,4 @@
-"""From a scene and a sample to a simulation: the one place that chooses what is compiled in."""
+"""Build a simulation from a scene and a sample, and choose what is compiled."""
 
 from dataclasses import replace
 
@@ -32,16 +32,15 @@ from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.push import list_stage_pushes
 
-RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
+RESOLVED = 0.005  # largest uncertainty of positions over the overlap at rest
 
 
 def build(scene, sample, *, loops=None, ledger=True, step=None):
-    """GrainEngine of a scene with a Sample, contacts found, loads set.
+    """GrainEngine of a scene with a Sample, with its contacts and loads.
 
-    loops: backend.Loops other than those of the backend, to compare them.
-    ledger: False leaves the losses out, to measure what they cost.
-    step: a TimeStep to take whatever the scene says, stable or not.
-    The engine built before is of no more use: its fields and kernels may serve again.
+    loops: backend.Loops other than those of the backend, to compare them. ledger: False leaves the
+    losses out, to measure their run time. step: a TimeStep instead of that of the scene, stable or
+    not. The engine built before must not be used any more: its fields and kernels may be reused.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     preparation = prepare(scene, sample, loops=loops, ledger=ledger, step=step)
@@ -164,8 +163,8 @@ def describe_images(scene, sample, cell):
 def choose_numbers(table, model):
     """Internal numbers of a contact of two grains, with a wall, with the sphere (None without).
 
-    And with each surface. Each is that of a ContactTable which reaches farthest; also the rows of
-    interfaces (None of equal grains).
+    And with each surface. Each is the contact of a ContactTable with the longest reach; also the
+    rows of interfaces (None of equal grains).
     """
     pair, wall = (internal_numbers(c, model) for c in (table.farthest_pair, table.farthest_wall))
     sphere = table.farthest_sphere
@@ -201,15 +200,15 @@ def choose_layout(scene, model, loops, push, *, polydisperse, members=False):
 def has_few_wall_contacts(box, cell, grains, smallest, curved=False):
     """True if the smaller capacity for wall contacts is enough.
 
-    curved: there are surfaces. Walls (a Box or None, a Cell or None) then have place for so few of
-    many grains. smallest: radius of a grain [um]. A wall is full where grains cover it in a
-    hexagonal layer. A fifth more may be near it: grains of a buckled layer, overlapping ones, and
-    those that a wall that moves outwards adds.
+    curved: there are surfaces. Walls (a Box or None, a Cell or None) then touch few of many grains.
+    smallest: radius of a grain [um]. A wall is full where grains cover it in a hexagonal layer. A
+    fifth more may be near it: grains of a buckled layer, overlapping ones, and those that a wall
+    that moves outwards adds.
     """
     if box is None or curved or grains <= COARSE:
         return False
     edges = lengths(box, cell, 0.0)
-    # not a number along an open axis: how far the grains will spread is unknown
+    # NaN along an open axis: the extent of the grains is not limited
     areas = [np.prod(np.delete(edges, n // 2)) for n in np.flatnonzero(box.present)]
     full = sum(areas) / (2.0 * np.sqrt(3.0) * smallest**2)
     return bool(1.2 * full <= store.wall_contacts(grains, few=True))

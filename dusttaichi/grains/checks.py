@@ -139,7 +139,7 @@ ELASTICITY = {
 
 
 def _mass_scaling(scene) -> Faults:
-    """Heavier grains leave forces at rest as they are, and nothing else."""
+    """Heavier grains change everything but the forces at rest."""
     if scene.numerics.mass_scaling == 1.0:
         return
     reasons = dict(INERTIA)
@@ -201,7 +201,7 @@ def _too_soft(material, scale):
 
 
 def _wall_overlap(scene) -> float:
-    """Overlap of a grain at rest with a wall [m]."""
+    """Overlap of a grain with a wall in equilibrium [m]."""
     return constants.wall_constants(scene.material, scene.interaction).delta0
 
 

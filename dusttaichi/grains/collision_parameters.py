@@ -179,7 +179,7 @@ def _filling(sample, collisions: Collisions) -> Faults:
 
 
 def _ratios(collisions: Collisions, bodies: dict) -> Faults:
-    """Bodies that cannot be made smaller."""
+    """Bodies that no mass ratio can scale."""
     bodies = {f"collisions.bodies.{n}": body for n, body in collisions.bodies.items()} or bodies
     largest = max(collisions.mass_ratio)
     if largest == 1.0:

@@ -9,12 +9,12 @@ from dusttaichi.physics.network import Contacts, limit
 
 
 def stable_step(contacts, table, motion):
-    """(shortest period [s], largest stable step [s]) of the contacts that there are now.
+    """(shortest period [s], largest stable step [s]) of the present contacts.
 
     contacts: Contacts. table: ContactTable. motion: Motion. Every contact with the slope of its
     force and the damping where it is; walls with their strengths; polydisperse grains; across the
-    faces. Infinite without contacts. Contacts to come may be stiffer or more: see
-    time_step.time_step for those.
+    faces. Infinite without contacts. Later contacts may be stiffer or more: see
+    time_step.time_step.
     """
     bodies = motion.bodies
     mass = np.broadcast_to(np.ravel(bodies.mass), bodies.count) * units.MASS
@@ -24,7 +24,7 @@ def stable_step(contacts, table, motion):
 
 
 def make_network(contacts, table, motion):
-    """physics.network.Contacts of the Contacts now, grains by the sample's numbers."""
+    """physics.network.Contacts of the present Contacts, grains by the sample's numbers."""
     pairs, environment = contacts.measure_pairs(), motion.environment
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
     constants_of = _choose_constants(table)

@@ -34,7 +34,7 @@ class ContactTable:
     Grains are given as (number of the material, radius [m]).
 
     scene: as it is computed (grain_properties.scale_materials). properties: GrainProperties, None
-    of equal grains. curvatures: principal ones of each surface [1/um], once they have their places.
+    of equal grains. curvatures: principal ones of each surface [1/um], once surfaces are placed.
     """
 
     def __init__(self, scene, properties=None):
@@ -130,7 +130,7 @@ class ContactTable:
 
     @cached_property
     def farthest_on_surfaces(self):
-        """ContactConstants of the grain that holds on farthest to each surface."""
+        """ContactConstants of the grain with the longest reach on each surface."""
         largest = [(number, radius) for number, _, radius in self.size_ranges]
         return [
             max((self.surface(grain, n) for grain in largest), key=lambda c: c.delta0)
@@ -144,19 +144,19 @@ class ContactTable:
 
     @cached_property
     def farthest_pair(self):
-        """ContactConstants of the two grains that hold on farthest."""
+        """ContactConstants of the two grains with the longest reach."""
         largest = [(number, radius) for number, _, radius in self.size_ranges]
         return max((self.pair(a, b) for a in largest for b in largest), key=lambda c: c.delta0)
 
     @cached_property
     def farthest_wall(self):
-        """ContactConstants of the grain and a wall that hold on farthest."""
+        """ContactConstants of the grain and a wall with the longest reach."""
         largest = [(number, radius) for number, _, radius in self.size_ranges]
         return max((self.wall(grain) for grain in largest), key=lambda c: c.delta0)
 
     @cached_property
     def farthest_sphere(self):
-        """ContactConstants of the grain and the sphere that hold on farthest; None without one."""
+        """ContactConstants of a grain and the sphere with the longest reach; None without one."""
         if self.scene.sphere is None:
             return None
         return max(self.extreme_spheres, key=lambda c: c.delta0)

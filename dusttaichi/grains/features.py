@@ -51,14 +51,14 @@ def has_profiles(scene, domain):
 
 
 def count_first_body(scene, sample):
-    """Number of grains of the first of two bodies that fly at each other in open space, or None."""
+    """Number of grains of the first of two bodies that collide in open space, or None."""
     if not scene.sample.flies or scene.boundary.kind != "open":
         return None
     return sample.info.get("target_grains", 1 if len(sample) == 2 else None)
 
 
 def grain_constants(bodies, radius):
-    """Values of the variables of grains that do not grow, by key [SI].
+    """Values of the constant variables of grains, by key [SI].
 
     bodies: GrainBodies. radius [m]: of equal grains.
     """

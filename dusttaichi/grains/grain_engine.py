@@ -55,7 +55,8 @@ class GrainEngine(EngineOfParts):
     grain_state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. push: Push.
     outside: ActingForces, or None. motion: Motion. contacts: Contacts. kernel_sums: KernelSums.
     sphere: MovingSphere, or None. search: Search. ledger: Ledger. stepper: Stepper. members:
-    Members, or None. recorder: GrainRecorder. numbers: ContactNumbers. No part has the engine.
+    Members, or None. recorder: GrainRecorder. numbers: ContactNumbers. No part refers to the
+    engine.
     """
 
     units = GRAINS
@@ -165,7 +166,7 @@ class GrainEngine(EngineOfParts):
 
     @property
     def suspect(self):
-        """Sentence on contacts of the sample that push its grains apart, or ""."""
+        """Sentence on initial contacts that push grains apart, or ""."""
         return deep_overlaps(self.sample, samples.Materials(self.scene))
 
     def set_forces(self, forces):

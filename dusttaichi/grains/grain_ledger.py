@@ -1,4 +1,4 @@
-"""Energies of the grains, and the ledger of what enters and leaves them. Internal units."""
+"""Energies of the grains, and the ledger of work and losses. Internal units."""
 
 from contextlib import contextmanager
 from typing import Any, NamedTuple

@@ -9,7 +9,7 @@ _TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
     "sphere_contact_count": "i8",
     "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
-    # seven digits are enough for what is only looked at
+    # seven digits are enough for variables that no run reads again
     "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
     "sliding_force": "f4", "rolling_moment": "f4", "twisting_moment": "f4",
 }  # fmt: skip

@@ -12,9 +12,9 @@ from dusttaichi.grains.validity import LARGEST_OVERLAP
 from dusttaichi.physics import encounter
 from dusttaichi.scene import quantities
 
-NEAR = 0.7  # of the speed at which the contact model ends, from which a run says so
+NEAR = 0.7  # of the speed at which the contact model ends, from which on a run remarks
 SHARE = 0.5  # of the sticking speed, up to which the energy of softened contacts hardly shows
-SWALLOWED = 1.0  # overlap over the smaller radius that no scene is for, however it is counted
+SWALLOWED = 1.0  # overlap over the smaller radius that is refused
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def with_and_without_scaling(scene):
 
 
 def softened_rows(scene):
-    """Rows (what, value) of what softened contacts change, with its size."""
+    """Rows (name, value) of the changes by softened contacts."""
     hard, soft = with_and_without_scaling(scene)
 
     def change(original, softened, dimension):

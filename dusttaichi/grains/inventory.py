@@ -124,7 +124,7 @@ def _amount(size):
 
 
 def preset_rows(scene):
-    """Rows of what numerics.accuracy sets, and of the keys among these that are given by hand."""
+    """Rows of the keys that numerics.accuracy sets, and those that the scene sets itself."""
     numerics = scene.numerics
     rows = [("accuracy", f"{numerics.accuracy}; it sets")]
     for key, value in numerics.preset.items():
@@ -151,9 +151,9 @@ def _value(numerics, key):
 
 
 def forces(scene):
-    """Sections (title, rows) of the configuration that a scene starts from.
+    """Sections (title, rows) of the initial configuration of a scene.
 
-    Its sample is made and built, no step is made.
+    The scene is built; no step is computed.
     """
     engine = build(scene, samples.make(scene))
     energies, (force, _) = engine.ledger.measure_energies(), engine.stepper.evaluate()
@@ -203,7 +203,7 @@ def _wall_rows(engine):
 
 
 def _sense(along):
-    """In words, of a force on a wall along the normal of the wall, which points to the grains."""
+    """Sense, in words, of a force on a wall along its normal, which points to the grains."""
     return "pulled inwards" if along > 0.0 else "pushed outwards"
 
 

@@ -29,7 +29,7 @@ class KernelSums:
 
     def read_grains(self):
         """Sums over chunks of grains of the last `measure`, (chunks, 5): see kernels.measure."""
-        # those of a larger scene, which the kernels have served before, may stand behind
+        # further rows may be those of a larger scene that used the kernels before
         return self.tables["grain_sum"].to_numpy(-(-self._bodies.count // CHUNK))
 
     def read_pairs(self):

@@ -1,4 +1,4 @@
-"""Sums over grains and contacts that the loads on walls and faces are measured by."""
+"""Sums over grains and contacts for the loads on walls and faces."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from dusttaichi.grains.kernels.store import FIRST_WALL, PLANES
 class LoadSums:
     """The sums of a GrainState as it is now, each computed where it is needed.
 
-    They are added up here: sooner than by kernels. Of no use once something has moved.
+    They are added up here, which takes less time than a kernel. Not valid after a step.
     environment: Environment. unit_mass: of GrainBodies.
     """
 

@@ -129,7 +129,7 @@ class Motion:
         )
 
     def find_nearest_to_walls(self):
-        """(distance [um], grain, wall) of the centre nearest to its wall, or beyond it most.
+        """(distance [um], grain, wall) of the centre nearest to its wall or farthest beyond it.
 
         The grain is that of the sample; distances are negative beyond the wall.
         """

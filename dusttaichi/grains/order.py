@@ -1,9 +1,10 @@
 """Order of the grains in memory: neighbours in space are near in memory, for caches and workers.
 
-A worker has a run of the grains and of their pairs (grains.step). What one computes and another
-needs goes from core to core, which takes as long as a hundred operations, several hundred where the
-cores share no cache. So the runs of two, four, eight workers are halves of the sample, halves of
-those and so on, each cut across its longest edge, and the grains at a cut are together.
+A worker computes a contiguous run of the grains and of their pairs (grains.step). Numbers that one
+worker computes and another reads go from core to core, which takes as long as a hundred operations,
+several hundred where the cores share no cache. So the runs of two, four, eight workers are halves
+of the sample, halves of those and so on, each cut across its longest edge, and the grains at a cut
+are together.
 """
 
 import numpy as np

@@ -15,11 +15,10 @@ from dusttaichi.physics.near import are_apart
 def place_environment(table, sample):
     """(Box or None, Cell or None) around the sample of the scene of a ContactTable, at rest.
 
-    With `size: fit` the outermost grains are in equilibrium
-    contact with their wall, or with each other across the faces. A sample may have a `period` (3,),
-    and of the run that it is taken from the `room` (6,): positions of walls and faces, NaN where
-    there is none, and the `tilt`: shift of the image above its cell. Raises DustError for a sample
-    that does not fit.
+    With `size: fit` the outermost grains are in equilibrium contact with their wall, or with each
+    other across the faces. A sample may have a `period` (3,), and from the run that it is of,
+    `room` (6,): positions of walls and faces, NaN where there is none, and the `tilt`: shift of the
+    image above its cell. Raises DustError for a sample that does not fit.
     """
     scene, positions = table.scene, sample.positions / units.LENGTH
     boundary, equal = scene.boundary, table.properties is None
@@ -157,7 +156,7 @@ def _check_images(positions, cell, radius):
     far = 1e6 * np.max(radius) + np.ptp(positions, axis=0).max()
     edges = np.where(cell.start > 0.0, cell.start, far)
     inside = np.mod(positions - cell.low(0.0), edges)
-    inside[inside >= edges] = 0.0  # what rounding has put on the upper face
+    inside[inside >= edges] = 0.0  # grains that rounding has put on the upper face
     if np.ndim(radius):
         nearest = pairs_within(inside, radius, CLOSEST, edges)[2].min(initial=np.inf)
         allowed = np.inf

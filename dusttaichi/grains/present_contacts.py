@@ -1,4 +1,4 @@
-"""Contacts of the grains at the moment: pointers, overlaps, forces, histories. Internal units."""
+"""Present contacts of the grains: pointers, overlaps, forces, histories. Internal units."""
 
 import numpy as np
 
@@ -100,7 +100,7 @@ class Contacts:
         x, time = state["x"][grain], self._environment.time
         normal = normals_at(domain, wall, x, time)
         radius = self._bodies.grain_radii[state.order[grain]]
-        # foot points are those on the wall, wherever it has gone along itself
+        # foot points move with a wall that moves along itself
         flat = (wall < PLANES)[:, None]
         slid = domain.box.tangential_displacements(time)[np.minimum(wall, PLANES - 1)]
         displacement = np.where(flat, slid, 0.0)

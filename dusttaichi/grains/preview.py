@@ -45,7 +45,7 @@ def preview(scene):
 
 
 def _contacts(table):
-    """Sections of the contacts of the scene's material, and of it with a wall.
+    """Sections of the contacts of two grains, and of a grain with a wall.
 
     Where grains differ, of every two materials that they have, at their median radii; each with a
     wall.
@@ -125,7 +125,7 @@ def _forces(scene):
 
 
 def _vector(values, unit):
-    """Components of a number of a law as people write them."""
+    """Components of a number of a law with their unit."""
     if len(values) == 1:
         return _number(float(values[0]), unit)
     return f"{', '.join(f'{value:.4g}' for value in values)} {unit}"
@@ -178,7 +178,7 @@ def _contact(c, scene):
 
 
 def _number(value, unit):
-    """A number of a law as people write it."""
+    """A number of a law with its unit."""
     for name, dimension in quantities.DIMENSIONS.items():
         if dimension.unit == unit:
             return quantities.format(value, name, digits=5)
@@ -239,7 +239,7 @@ def _sizes(domain, info):
         which = which if network["fragments"] > 1 else ""
         text = f"{which}connected to its own images along {', '.join(network['along'].split())}"
         rows.append(("percolates", text))
-    # a body in open space is what the file or the generator says, whether or not it is connected
+    # a body in open space counts as one, whether or not it is connected
     of = " of the largest fragment" if axes and network["fragments"] > 1 else ""
     gyration = info.get("radius_of_gyration")
     gyration = "none, since it percolates" if gyration is None else f"{gyration * 1e6:.4g} µm"

@@ -69,7 +69,7 @@ class Push:
     # -- stages ----------------------------------------------------------------------------------
 
     def begin_stage(self, forces, speeds, contact_forces):
-        """These begin, beside all that does not end with the stage before.
+        """Begin these pushes beside those of the run.
 
         contact_forces (N, 3): now [nN], the reference of the work of carriers.
         """
@@ -92,7 +92,7 @@ class Push:
         return plain({"forces": self.forces, "speeds": speeds, "first": self.first})
 
     def restore(self, numbers):
-        """Go back to these numbers."""
+        """Restore these numbers."""
         self.forces = tuple(from_plain(Force, force) for force in numbers["forces"])
         self._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
         self.first = np.array(numbers["first"]).reshape(-1, 3)
@@ -197,8 +197,8 @@ def begin_pushes(entries, motion):
 
     Velocities and spins are half a step back: they are brought to the current step by the loads
     that have acted, changed there, and set back by those that act from now on. Returns the energy
-    [fJ] that has entered: the work of the pushes up to now, and the kinetic energy that the change
-    itself gives or takes.
+    [fJ] that has entered: the work of the pushes up to now, and the change of the kinetic energy by
+    the change itself.
     """
     state, push, environment = motion.state, motion.push, motion.environment
     step, dt, _ = environment.moment

@@ -1,4 +1,4 @@
-"""The rigid sphere of a scene: what it is, where it starts, how it moves. Internal units."""
+"""The rigid sphere of a scene: its properties, start and motion. Internal units."""
 
 from dataclasses import dataclass
 

@@ -39,13 +39,13 @@ def set_velocities(motion, ledger, velocity, spin):
 
 @contextmanager
 def _book_as_work(ledger):
-    """Context in which a change of the state is work from outside: the Ledger continues."""
+    """Context in which a change of the state counts as work from outside."""
     previous = _measure_balance(ledger)
     yield
     ledger.sums.script_work += _measure_balance(ledger) - previous
 
 
 def _measure_balance(ledger):
-    """Energy less work plus losses, which the steps of a run leave as it is [fJ]."""
+    """Energy less work plus losses [fJ], which steps do not change."""
     m = ledger.measure()
     return float(np.asarray(m.energy - m.kick - m.work + m.lost))

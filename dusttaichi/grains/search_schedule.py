@@ -13,7 +13,7 @@ from dusttaichi.grains.wall_geometry import list_present
 from dusttaichi.particles.cells import Bounds, lay_grid
 
 LIGHT = 299792458.0  # um/us
-FARTHEST_WAY = 0.5  # of the smallest radius, that a grain may go in a step
+FARTHEST_WAY = 0.5  # of the smallest radius, by which a grain may move in a step
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
 STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
@@ -61,7 +61,7 @@ class Search:
         }
 
     def restore(self, numbers):
-        """Go back to these numbers."""
+        """Restore these numbers."""
         self.searched_at, self.wall_due = numbers["searched_at"], numbers["wall_due"]
         self.count, self.skin = numbers["searches"], numbers["skin"]
         self.requested = numbers["search_requested"]
@@ -71,9 +71,9 @@ class Search:
     def update(self, step):
         """New neighbour lists for the present positions; contacts keep their history exactly.
 
-        The loads are void until the next pass over the contacts.
-        Raises GuardStop when positions are no longer numbers, grains overlap without limit, or
-        something moves so fast that grains pass through each other.
+        Loads are not valid until the next pass over the contacts. Raises GuardStop when positions
+        are no longer numbers, grains overlap without limit, or something moves so fast that grains
+        pass through each other.
         """
         environment = self._environment
         self._kernels.bounds()
@@ -196,7 +196,7 @@ class Search:
         return due_step
 
     def _best_skin(self, speed):
-        """Skin [um] that costs least where grains come together at twice this speed [um/us].
+        """Skin [um] of the shortest run time where grains approach at twice this speed [um/us].
 
         A search costs some eight steps, of small samples more (its launches cost as much as 5000
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not

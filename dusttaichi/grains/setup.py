@@ -1,4 +1,4 @@
-"""A scene and its sample as they are known before anything is compiled."""
+"""A scene and its sample before anything is compiled."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +18,7 @@ from dusttaichi.grains.time_step import TimeStep
 
 @dataclass(frozen=True)
 class Prepared:
-    """All that a GrainEngine is made from beside its kernels and fields.
+    """Input of a GrainEngine beside its kernels and fields.
 
     scene: `grain_properties.scaled`. pushed_sample: `samples.apply_pushes`; sample: the
     same with its measures in the cell. order (N,): numbers of the

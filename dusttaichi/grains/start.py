@@ -1,4 +1,4 @@
-"""The start of a scene: grains into their fields, contacts found, loads of time 0."""
+"""The start of a scene: fields of the grains, initial contacts and loads."""
 
 import numpy as np
 

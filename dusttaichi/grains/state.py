@@ -76,7 +76,7 @@ class GrainState(FieldState):
         return self.fields[name].copy_rows(row, row + 1)[0]
 
     def put_grains(self, name, values, far=False):
-        """Fill a field of all grains; the two beyond them rest, far away if these are places."""
+        """Fill a field of all grains; the two beyond them are at rest and far away."""
         ghosts = np.array([[FAR, 0, 0], [-FAR, 0, 0]]) if far else np.zeros((2, 3))
         self[name] = np.concatenate([values, ghosts])
 
@@ -212,7 +212,7 @@ class GrainState(FieldState):
         self["touches"] = np.array([constants.touch for constants in contact_types])
 
     def take_contacts(self, contacts, d, radii):
-        """Pointers and twist of contacts that a sample brings along.
+        """Take over pointers and twist of contacts of a sample.
 
         d: distance vectors of all listed pairs, (pairs, 3); radii [um]: of all grains, (N,), in the
         sample's order.
@@ -240,7 +240,7 @@ class GrainState(FieldState):
         self._put_springs(rows, brought, displacements, np.where(swapped, -1.0, 1.0))
 
     def take_wall_contacts(self, contacts, radii, geometry):
-        """Pointers, foot points and twist of contacts with walls that a sample brings along.
+        """Take over pointers, foot points and twist of wall contacts of a sample.
 
         radii [um]: of all grains, (N,), in the sample's order; geometry(wall, x, radius): normals
         (n, 3) and reduced radii (n,) of contacts of grains at x (n, 3) with walls (n,).
@@ -263,7 +263,7 @@ class GrainState(FieldState):
         self._put_springs(rows, brought, wall_displacements(pointer, foot, wall_geometry))
 
     def stiffen(self, ratio):
-        """Sliding displacements whose force stays.
+        """Change sliding displacements so that their force stays.
 
         ratio: previous over current stiffness, in moduli, to whose power 2/3 springs go.
         """

@@ -1,4 +1,4 @@
-"""The time step: leapfrog, one screen. Gather, kick, drift; search when it is due; contacts.
+"""The time step: leapfrog. Gather, kick, drift; search when it is due; contacts.
 
 Between two calls the state is x and the history of contacts at time n, the loads of time n, and
 v, w at n - 1/2. A step gathers the loads of each grain, kicks v, w to n + 1/2 and drifts x to
@@ -40,8 +40,8 @@ StepNumbers = ti.types.struct(
     dt=ti.f64,
     kick=ti.f64,  # dt / m
     turn=ti.f64,  # dt / I
-    reach2=ti.f64,  # square of the way a grain may go before a new search
-    wall_due=ti.i64,  # step at which a wall has gone that way
+    reach2=ti.f64,  # square of the distance that a grain may move before a search
+    wall_due=ti.i64,  # step at which a wall has moved as far
 )
 
 
@@ -98,7 +98,7 @@ class Phases:
 
     @ti.func
     def move_part(self, section, step, numbers):
-        """Kicks and drifts the grains of a part; 1 if one has gone so far that a search is due.
+        """Kicks and drifts the grains of a part; 1 if one has moved so far that a search is due.
 
         step: that at whose end the grains arrive.
         """
