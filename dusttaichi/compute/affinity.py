@@ -1,9 +1,9 @@
 """Processor cores of Taichi's threads.
 
-The workers of a step wait for each other at barriers (compute.loops). Linux often wakes two
-threads on the core of the thread that woke them and moves one of them away only after some
-milliseconds, as long as the call of a kernel takes; until then they wait in vain. Workers that may
-not run on the same core cannot get there.
+The workers of a step wait for each other at barriers (compute.loops). Linux often wakes two threads
+on the core of the thread that woke them and moves one of them away only after some milliseconds, as
+long as the call of a kernel takes; until then they wait in vain. Workers bound to different cores
+avoid that.
 """
 
 import os
@@ -21,7 +21,7 @@ def thread_ids():
 
 
 class ThreadPool:
-    """The threads that Taichi makes loops with; none where the system knows no affinity."""
+    """The threads of Taichi's loops; none where the system has no affinity."""
 
     def __init__(self):
         self.threads, self.apart = [], False
@@ -48,7 +48,7 @@ class ThreadPool:
         self.apart, count = apart, len(self.threads)
         cores = sorted(os.sched_getaffinity(0)) if count else []
         for number, thread in enumerate(self.threads):
-            # fewer cores than threads: they were taken away meanwhile
+            # fewer cores than threads: some were withdrawn meanwhile
             thread_cores = cores[number::count] if apart and count <= len(cores) else cores
             with suppress(OSError):
                 os.sched_setaffinity(thread, thread_cores)

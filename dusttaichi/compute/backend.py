@@ -75,8 +75,9 @@ def _shell(heard):
 def _kernel_folder():
     """Folder of the kernels on disk as an argument of ti.init, unless a variable names one.
 
-    It is not Taichi's common folder, which other programs cut down to 100 MB when they end, and it
-    belongs to this processor and compiler."""
+    It is not Taichi's common folder, which other programs reduce to 100 MB when they end, and it
+    belongs to this processor and compiler.
+    """
     named = os.environ.get(compiler.variable(compiler.KERNEL_FOLDER))
     folder = named or str(processor.use_kernel_folder())
     processor.remove_old_locks(folder)
@@ -100,7 +101,7 @@ def start_taichi(scene, threads):
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault(compiler.variable("OFFLINE_CACHE_CLEANING_POLICY"), "lru")
     try:
-        # Taichi prints where it starts; the output of a run belongs to the user
+        # Taichi prints as it starts, which is not output of the run
         with redirect_stdout(StringIO()), _shell(heard=debug), _alone(), POOL.start(threads):
             PROGRAMS.start(
                 lasts=scene.numerics.backend == "cpu" and not debug,
@@ -118,7 +119,7 @@ def start_taichi(scene, threads):
                 log_level=ti.CRITICAL,  # errors are raised, too
                 enable_fallback=False,
             )
-            # `threads` are started; that kernels may ask for more makes them the same for all
+            # `threads` are started; kernels compiled for more are the same for all numbers
             thread_class = next((n for n in THREAD_CLASSES if n >= threads), threads)
             settings().cpu_max_num_threads = thread_class
     except Exception as error:
@@ -140,8 +141,8 @@ def _alone():
 
 
 def _refusal(error, backend):
-    """The DustError of a start that failed: its cause, and what helps."""
-    if isinstance(error, ProcessError):  # where a StartError is of the machine
+    """The DustError of a failed start: its cause, and a remedy."""
+    if isinstance(error, ProcessError):  # causes of a StartError that are of the machine
         return DustError(f"{compiler.label()} cannot start in this process: {error}.")
     reason = (str(error).splitlines() or [type(error).__name__])[0]
     text = f"numerics.backend = {backend}: {compiler.label()} cannot start it here"

@@ -25,9 +25,9 @@ from dusttaichi.errors import DustError
 class Background:
     """One process that calls functions, one request at a time; started with the first.
 
-    descriptors: open files that it inherits, such as those of a lock, which it then holds as long
-    as it works, also where this process was killed. done: calls of the last `start` that have
-    returned; seconds: that it took.
+    descriptors: open files that it inherits, such as those of a lock, which it then holds until it
+    is idle, even if this process is killed. done: calls of the last `start` that have returned;
+    seconds: that it took.
     """
 
     def __init__(self, descriptors: Iterable[int] = ()) -> None:
@@ -92,7 +92,7 @@ class Background:
             return RuntimeError(f"the process that writes files has ended ({error})")
 
     def _end(self) -> None:
-        """Wait for the end of the process, which is to end or was killed."""
+        """Wait for the end of the process, which is about to end or was killed."""
         for pipe in (self._process.stdin, self._process.stdout):
             with suppress(OSError):
                 pipe.close()

@@ -18,9 +18,9 @@ LARGE = 2**25  # bytes of fields above which a structure ends when another one i
 class Compiled:
     """Fields of a capacity above that of a scene, and the kernels over them.
 
-    key: all that they depend on; layout: the options that are compiled in. groups: Taichi fields by
-    name, in a tuple of dicts, the state first. memory: arrays that share the memory of the fields,
-    by name; none where a device has its own. program: of the compiler.
+    key: all that they depend on; layout: the compiled options. groups: Taichi fields by name, in a
+    tuple of dicts, the state first. memory: arrays that share the memory of the fields, by name;
+    none where a device has its own. program: of the compiler.
     """
 
     key: tuple
@@ -38,13 +38,13 @@ class Compiled:
         """
         quick = {n: Launch(k) if hasattr(k, "_primal") else k for n, k in vars(kernels).items()}
         together = {name: field for group in groups for name, field in group.items()}
-        # a device has memory of its own; what emulates one has it too
+        # a device has memory of its own, also an emulated one
         memory = arrays_of(together) if key[-1] == "workers" else {}
         return cls(key, layout, type(kernels)(**quick), groups, memory, program())
 
 
 class Structures:
-    """Every Compiled of this process that can be used again.
+    """Every Compiled of this process that can be reused.
 
     One simulation runs at a time: it is unusable once another one is built.
     """

@@ -1,6 +1,6 @@
 """Choice of the compiler of the kernels: Taichi, or Quadrants, its successor, by DUST_COMPILER.
 
-Neither is imported here (compute/engine.py does), so that what only reads results does not wait.
+Neither is imported here (compute/engine.py does), so that reading results does not wait for it.
 """
 
 import os
@@ -35,7 +35,7 @@ def version() -> str:
 
 
 def label() -> str:
-    """Name and version for people."""
+    """Name and version for the user."""
     return f"{name().capitalize()} {version()}"
 
 

@@ -7,10 +7,9 @@ one kernel, a parallel loop over workers, each of which computes its share of ev
 between two phases takes less than a microsecond. If the system runs too few of them, `assemble`
 lets the first one continue alone, with bitwise identical results.
 
-Launches, for a device: a kernel a phase, none of which waits for the host. What they need to know
-is in fields, and so is the progress of the steps: once a search is due or the requested steps are
-done, all further launches do nothing. The host launches up to LOOK steps and then reads the
-progress once.
+Launches, for a device: a kernel a phase, none of which waits for the host. Their arguments and the
+progress of the steps are in fields: once a search is due or the requested steps are done, all
+further launches do nothing. The host launches up to LOOK steps and then reads the progress.
 """
 
 from collections.abc import Callable
@@ -42,10 +41,10 @@ REASONS = 3  # numbers in STOP are below this
 class Steps:
     """The phases of a step, in order, as Taichi functions.
 
-    before_search, after_search: phases up to where a search may be due, and from there; a tuple of
-    several has no barrier between them. is_due(step, numbers): true where the search must come
-    first. count_steps(done): steps done at the end of one. Numbers, Outside: types of the arguments
-    of that name. sync: the field of SYNC integers.
+    before_search, after_search: phases before and after a possible search; there is no barrier
+    between the phases of a tuple. is_due(step, numbers): true where the search must come first.
+    count_steps(done): steps done at the end of one. Numbers, Outside: types of the arguments of
+    that name. sync: the field of SYNC integers.
     """
 
     sync: Any
@@ -100,9 +99,9 @@ def barrier(sync: ti.template(), target):
 def by_workers(step_phases):
     """Kernel `advance(steps, first, pending, workers, numbers, outside)` of Steps.
 
-    It makes up to `steps` steps from number `first`; with `pending` the first one has made the
-    phases `before_search` already (a search came between). It ends early when a search is due or a
-    step is stuck; sync[DONE] has the number done.
+    It computes up to `steps` steps from number `first`; with `pending` the phases `before_search`
+    of the first one are done already (a search followed them). It ends early when a search is due
+    or a step is stuck; sync[DONE] has the number done.
     """
     sync, is_due, count_steps = step_phases.sync, step_phases.is_due, step_phases.count_steps
     before_search, after_search = _runs(step_phases.before_search), _runs(step_phases.after_search)

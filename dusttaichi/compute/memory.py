@@ -24,7 +24,7 @@ def capacity_for(particles):
     """Capacity of the fields of a scene of this many particles.
 
     Kernels are compiled for the shapes of their fields, so scenes of one capacity share them. It is
-    coarse where memory is no concern, and at most a quarter too large beyond.
+    coarse for small scenes, and at most a quarter too large for others.
     """
     capacity = SMALLEST
     while capacity < particles and capacity < COARSE:
@@ -101,7 +101,7 @@ class Table:
         return int(np.prod(shape, dtype=np.int64)) * np.dtype(type_of(self.field)).itemsize
 
     def clear(self):
-        """Set every number of the whole field to 0; what is not used then takes no memory."""
+        """Set every number of the whole field to 0; unused rows then take no memory."""
         if self.memory is None or not release(self.memory):
             self.fill(0)
 

@@ -1,4 +1,4 @@
-"""Pages of memory that go back to the system, which fills them with zeros when they are used next.
+"""Return pages of memory to the system, which fills them with zeros at their next use.
 
 Fields have a larger capacity than a scene uses, and Taichi writes zeros to all of it.
 """

@@ -45,13 +45,13 @@ class WorkerChoice:
         self.sim, self.clock, self.measure_waiting = sim, clock, measure_waiting
         self.worker_numbers = list_worker_numbers(sim.threads)
         self.fixed = fixed or len(self.worker_numbers) == 1
-        # the piece that is timed, made in one or several calls; its steps, None as long as no rate
+        # the piece that is timed, in one or several calls; its steps, None as long as no rate
         # is known
         self.pieces, self.steps_done, self.seconds, self.waiting = self._choose(), 0, 0.0, 0.0
         self.planned = next(self.pieces)
 
     def advance(self, steps):
-        """Make that many steps."""
+        """Compute that many steps."""
         while steps > 0:
             piece = steps if self.fixed else min(steps, self._to_make())
             POOL.serve(self.sim.threads)

@@ -14,7 +14,7 @@ import numpy as np
 # and a contact is found before it has stored as much (measured over 1 cm/s to 100 m/s).
 RESOLVED = 0.03
 DAMPED = 0.1  # step times the damping rate of the deepest contact
-WAY = 0.05  # of twice the reduced radius (the radius, of equal grains): way in a step
+WAY = 0.05  # of twice the reduced radius (the radius, of equal grains): distance moved in a step
 TURN = 0.025  # angle [rad] that a grain may turn by in a step
 FADE = 4.0  # sticking speeds up to which a body's own step resolves its contacts well enough
 
@@ -60,9 +60,9 @@ def breaking_speed(contact):
 def step(contact, speed, alone):
     """Longest step [s] that resolves a collision at that speed.
 
-    alone: True for scenes of few
-    grains, in which the energy of one collision is all there is; in others a collision near the
-    sticking speed is small beside what is bound already, and the limit fades away below it.
+    alone: True for scenes of few grains, in which the energy of one collision is the whole energy;
+    in others a collision near the sticking speed is small beside the binding energy, and the limit
+    fades away below it.
     """
     deepest = np.float64(overlap(contact, speed))
     stiffness = float(contact.slope(deepest))

@@ -18,12 +18,12 @@ LYING = "lying cylinder"  # shape of a sample between two plates
 
 
 def dot_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Scalar products of vectors (n, 3), (n,): the bits of np.sum(a * b, axis=1), sooner."""
+    """Scalar products of vectors (n, 3), (n,): the bits of np.sum(a * b, axis=1), in less time."""
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
 def measure_rows(a: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lengths of vectors (n, 3), (n,): the bits of np.linalg.norm(a, axis=1), sooner."""
+    """Lengths of vectors (n, 3), (n,): the bits of np.linalg.norm(a, axis=1), in less time."""
     lengths: NDArray[np.float64] = np.sqrt(dot_rows(a, a))
     return lengths
 
@@ -132,7 +132,7 @@ def _free_arcs(count, owner, towards, half):
     starts = np.concatenate([start, np.zeros(over.sum()), first, last])
     ends = np.concatenate([np.where(over, 2 * np.pi, end), end[over], first, last])
     order = np.argsort(disc * len(disc) + _ranks(starts))
-    # the furthest end so far on each circle, as a running maximum that grows with the circle
+    # the largest end so far on each circle, as a running maximum that grows with the circle
     furthest = np.maximum.accumulate((disc * len(disc) + _ranks(ends))[order])
     reached = np.sort(ends)[furthest % len(disc)]
     disc, starts = disc[order], starts[order]

@@ -44,7 +44,7 @@ def pressure(phi, phi1, phi2, p_m, delta):
 
 @dataclass(frozen=True)
 class CompressionLaw:
-    """One curve of the form of S12 eq 31 with its numbers, and where they come from."""
+    """One curve of the form of S12 eq 31, with its numbers and their source."""
 
     phi1: float
     phi2: float

@@ -1,4 +1,4 @@
-"""Pairs of points near each other, by sorted cells: N log N however points are distributed.
+"""Pairs of points near each other, by sorted cells: N log N for any distribution of the points.
 
 scipy.spatial takes 0.3 s to import, and as long to search or longer.
 """
@@ -57,7 +57,7 @@ def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np
 def are_apart(x, reach: float, period=None) -> bool:
     """True where no two points (N, D) are less than `reach` apart; period as of `near`.
 
-    Very many points at one place cost no more.
+    Many coincident points take no more time.
     """
     if len(x) < 2:
         return True

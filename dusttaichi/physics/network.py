@@ -17,7 +17,7 @@ import scipy
 
 from dusttaichi.physics.stability import springs
 
-DENSE = 400  # rows of a matrix up to which all eigenvalues are the cheapest way to the largest
+DENSE = 400  # rows of a matrix up to which computing all eigenvalues is fastest
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ class Registry(Mapping[K, V]):
     """Values by name: the built-in ones, and then those that are `added`.
 
     word: for one of them in errors, such as "figure"; no two registries have the same. load: called
-    with a built-in value when it is first looked up, and returns what takes its place: values that
-    are named, "module:attribute", are imported then.
+    with a built-in value when it is first looked up, and returns the value to use: values that are
+    named, "module:attribute", are imported then.
     """
 
     registries: ClassVar[list["Registry[Any, Any]"]] = []

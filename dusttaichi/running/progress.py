@@ -215,7 +215,7 @@ def show_progress(run: Any, quiet: bool = False) -> Iterator[None]:
 
 
 def show_study(bar: Bar, noun: str = "runs") -> Callable[[Any], None]:
-    """Function that shows the Progress of a study in a bar; things: what its points are called."""
+    """Function that shows the Progress of a study in a bar; things: name of its points."""
 
     def show(progress: Any) -> None:
         running = progress.running

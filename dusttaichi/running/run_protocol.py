@@ -1,4 +1,4 @@
-"""A run in progress as its activities and files see it, which the loop is made of."""
+"""A run in progress, as its activities and files use it."""
 
 from __future__ import annotations
 

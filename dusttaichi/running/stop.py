@@ -4,7 +4,7 @@ A pressure or stress that a stop condition names is tested between two records a
 rise many times over from one to the next where dust is loaded again. What counts is the mean since
 the last record, which the record that ends the stage has. It scatters more than that of a whole
 interval: its standard error follows from the changes between successive tests, which a steady rise
-adds little to, and a stage ends where the mean is SIGMAS of it beyond a threshold: by chance less
+adds little to, and a stage ends where the mean exceeds a threshold by SIGMAS of it: by chance less
 often than at a record. A filling factor is tested there too where a controlled load moves the
 walls, and no step is known for it.
 """

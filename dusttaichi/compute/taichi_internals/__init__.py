@@ -1,7 +1,7 @@
 """Taichi's internals that this program uses beyond its interface; everything works without them.
 
 `DUST_TAICHI_INTERNALS=off` switches all of them off; so does a version that was not tested, but for
-the addresses of fields. Each module has what it saves:
+the addresses of fields. Modules, and the time that each saves:
 
 - source_reading: sources of kernels are read once; 0.9 s of the first step
 - import_search: Taichi's import does not search all modules for its callers; 0.5 s of a start

@@ -1,4 +1,4 @@
-"""Launches of kernels, with little work of Python for each.
+"""Launches of kernels with little overhead in Python.
 
 At every call Taichi inspects the arguments, finds the compiled kernel and creates a context of the
 launch. That takes 30 to 100 us, as long as many steps of a small scene.

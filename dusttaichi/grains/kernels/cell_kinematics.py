@@ -1,4 +1,4 @@
-"""The periodic cell in the passes: the edges of the moment, and what they do to a pair."""
+"""The periodic cell in the passes: its current edges, and their effect on a pair."""
 
 from dusttaichi.compute.device_blocks import BlockSums, on_device, pad_to_blocks
 from dusttaichi.compute.engine import ti
@@ -9,11 +9,11 @@ START, RATE, GROWTH, CENTRE, TILT = range(5)  # rows of the `cell` field; RATE a
 
 
 def make_cell(fields, layout):
-    """Functions of a scene with periodic axes; without, the frame is an unused zero.
+    """Functions of a scene with periodic axes; without such axes the frame is an unused zero.
 
-    An edge is L(t) = L_start exp(g t) + c t, centred about a point that rests. A pair keeps the
-    number of edges between its grains (`shift`) from one search to the next, so that nothing is
-    rounded or wrapped in a step. Fourth column: the edge along z of a tilted cell along x.
+    An edge is L(t) = L_start exp(g t) + c t, centred about a fixed point. A pair keeps the number
+    of edges between its grains (`shift`) from one search to the next, so that nothing is rounded or
+    wrapped in a step. Fourth column: the edge along z of a tilted cell along x.
     """
     axes = layout.periodic
     if not axes:
@@ -52,7 +52,7 @@ def make_cell(fields, layout):
 
 
 def make_frame(fields, layout):
-    """Returns `frame(step, dt)`, the edges of a periodic cell and how they move."""
+    """Returns `frame(step, dt)`, the edges of a periodic cell and their motion."""
     axes, cell, tilted = layout.periodic, fields["cell"], layout.tilted
 
     @ti.func
@@ -79,15 +79,14 @@ def make_frame(fields, layout):
 def make_wrap(fields, layout):
     """Kernel `wrap(low, edges, speeds, tilt, mass)`: grains that have left the cell come in again.
 
-    On the other side, with the speed that the edge has (T19 eqs 12-15). tilt: how much further
-    along x the image above is, and how much faster it moves; the faces across x of a tilted cell
-    tilt so.
+    On the other side, with the speed that the edge has (T19 eqs 12-15). tilt: displacement along x
+    of the image above, and its velocity; the faces across x of a tilted cell tilt so.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
     masses = fields.get("mass")
     counts = fields["counts"]
     vector, pair = ti.types.vector(3, ti.f64), ti.types.vector(2, ti.f64)
-    # what crosses a face across z of a tilted cell moves along x
+    # a grain that crosses a face across z of a tilted cell is displaced along x
     axes = sorted(layout.periodic, reverse=layout.tilted)
 
     @ti.func

@@ -89,5 +89,5 @@ class EqualNumbers:
 
     @ti.func
     def of_contact(self, contact_kind: ti.template(), b, lane, p):
-        """Numbers of the contact in a lane of block b; p: those of its kind of contact."""
+        """Numbers of the contact in a lane of block b; p: numbers of its kind of contact."""
         return p

@@ -23,8 +23,8 @@ from dusttaichi.grains.kernels.store import (
 )
 from dusttaichi.physics.contact.kinematics import point_as_kept
 
-FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
-# places in `counts` of how many contacts of a kind there are (of walls: blocks), and of their first
+FORMING, BREAKING = range(2)  # channels of the ledger that belong to no single effect
+# places in `counts` of the number of contacts of a kind (of walls: blocks), and of their first
 # block
 PLACES = {
     PAIR: (PAIRS, None),
@@ -112,7 +112,7 @@ class Rows:
 
 @ti.data_oriented
 class ContactPass:
-    """The contacts of one gatherer: how many there are, and what a step does with them.
+    """Contacts of one gatherer: their number, and their part in a step.
 
     Empty lanes are computed as well: their grains are far away.
     """
@@ -146,7 +146,7 @@ class ContactPass:
         # first rows of the losses that each contact keeps
         self.followed = tuple(row for row in (rows.lost, rows.recent) if row >= 0)
 
-    # -- how much there is -----------------------------------------------------------------------
+    # -- sizes ----------------------------------------------------------------------------------
 
     @ti.func
     def first(self):
@@ -189,7 +189,7 @@ class ContactPass:
 
     @ti.func
     def run(self, me, workers, step, numbers, box: ti.template()):
-        """The contacts of a share: current history, loads, losses."""
+        """Compute history, loads and losses of the contacts of a worker."""
         n, dt = self.tiles(), numbers.dt
         outside = self.gatherer.outside(step, dt, box)
         for tile in range(first_item(me, workers, n), first_item(me + 1, workers, n)):
@@ -251,7 +251,7 @@ class ContactPass:
 
     @ti.func
     def block_numbers(self, boundary):
-        """Numbers of the contacts of a block, for the passes that no time goes by in."""
+        """Numbers of the contacts of a block, for passes without a step."""
         if ti.static(self.round):
             return self.numbers_at(boundary)
         else:
@@ -291,12 +291,12 @@ class ContactPass:
         formed, broken = motion.touches - stays, motion.touched_before - stays
         history.touched = motion.touches + formed - broken
         history.zeta = history.zeta + motion.normal * motion.zeta_along
-        # pointers begin on the line of centres; those of a contact that breaks are needed still
+        # pointers begin on the line of centres; those of a breaking contact are still needed
         self.rows.write(block, lane, history, motion.touched_before)
         self.rows.put_loads(block, lane, load)
         self.book(sums, block, lane, lost, strength)
         if ti.static(self.stress):
-            # from the second body to the first; what was gathered is not read again after a store
+            # from the second body to the first; gathered numbers are not read again after a store
             branch = motion.normal * ((constants.touch - motion.overlap) * dt)
             self.add_virial(virial, branch, load.force)
         if ti.static(self.faces):
@@ -406,7 +406,7 @@ class ContactPass:
         half_kick = 0.5 * dt * motion.speed * elastic.force
         if state > 0.0:
             self.lose(tile, block, lane, FORMING, -(elastic.energy + half_kick))
-            if dt > 0.0:  # contacts that a start has have touched before
+            if dt > 0.0:  # contacts of the start have touched before
                 self.form(block, lane, motion, history, constants, dt)
             self.rows.table[block, self.rows.touched, lane] = 1.0
         else:
@@ -441,7 +441,7 @@ class ContactPass:
     ):
         """Energy stored in the springs of a breaking contact.
 
-        A spring that breaks has worked for half a step less than its displacement says.
+        A breaking spring has done work for half a step less than its displacement implies.
         """
         strength = self.gatherer.strength(boundary)
         point_as_kept(motion, history, constants, self.flat)
@@ -479,7 +479,7 @@ class ContactPass:
 
     @ti.func
     def evaluate(self, block, boundary):
-        """Loads of a block of contacts in the present configuration; their history stays."""
+        """Loads of a block of contacts in the present configuration, with the same history."""
         index, kind_numbers = block & self.mask, self.block_numbers(boundary)
         gathered = self.gather_block(index, boundary)
         for lane in range(self.width):

@@ -11,8 +11,8 @@ from dusttaichi.grains.kernels.contact_numbers import CURVED, list_numbers
 from dusttaichi.grains.kernels.outside_kick import LAWS
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
-GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
-# sums over all steps since the start: what begins at zero with the ledger
+GATHERED = ("x", "v", "w")  # gathered together by contacts: adjacent in memory
+# sums over all steps since the start, zero at the start of the ledger
 SUMS = (
     "loss",
     "wall_loss",

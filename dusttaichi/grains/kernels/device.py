@@ -77,8 +77,8 @@ class ContactThreads(ContactPass):
 class Threads:
     """Work of a thread on its grain, its contact, its share of the contacts with the sphere.
 
-    phases: Phases of the same scene. frames, rates, planes: fields of what is known of the cell and
-    of the walls at the steps to come.
+    phases: Phases of the same scene. frames, rates, planes: fields of cell and walls at the next
+    steps.
     """
 
     def __init__(self, phases, layout, frames, rates, planes):
@@ -164,7 +164,7 @@ def by_threads(phases, layout, step_phases):
     # Walls in fields of their own: a thread would have a copy of all of them in its own memory
     own_numbers = {n: ti.field(ti.f64, shape=6) for n in ("offset", "speed", "strength", "along")}
     planes = SimpleNamespace(normal=ti.field(ti.f64, shape=(6, 3)), **own_numbers)
-    # of the cell: its frame, and its rates, at each step between two looks
+    # of the cell: its frame, and its rates, at each step between two readings of the progress
     frames = ti.field(ti.f64, shape=(LOOK, 3, 4)) if prepared else None
     rates = ti.field(ti.f64, shape=(LOOK, 4)) if prepared else None
 

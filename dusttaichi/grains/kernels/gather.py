@@ -2,7 +2,8 @@
 
 A block of contacts is gathered into a local array first, whose loop has the scattered reads, and
 computed in a second loop, which reads rows and that array alone: so the compiler turns it into
-vectors. What cancels (distances, overlaps) is formed in the precision of positions.
+vectors. Differences of large numbers (distances, overlaps) are formed in the precision of
+positions.
 """
 
 from dusttaichi.compute.engine import ti
@@ -55,7 +56,7 @@ class Gatherer:
 class PairGatherer(Gatherer):
     """Gatherer of two grains, or of a grain and the sphere.
 
-    place: the frame of a periodic cell (kernels.cell_kinematics); anything in a scene without.
+    place: the frame of a periodic cell (kernels.cell_kinematics); not used in a scene without one.
     """
 
     def __init__(self, fields, layout, mechanics, numbers, contact_kind):
@@ -212,7 +213,7 @@ class SurfaceGatherer(WallGatherer):
 
     @ti.func
     def place(self, block, box: ti.template(), time):
-        """Wall of a block: a plane as WallGatherer has it, and which it is at that time."""
+        """Wall of a block: a plane as of WallGatherer, with the number of the wall and the time."""
         wall = self.of[self.wall_block(block)]
         plane, strength = ti.min(wall, PLANES - 1), ti.cast(0.0, ti.f64)
         normal = self.place3(box.normal[plane, 0], box.normal[plane, 1], box.normal[plane, 2])

@@ -21,7 +21,7 @@ from dusttaichi.grains.kernels.store import (
 from dusttaichi.particles.cells import Bounds, Sort, grid_length, place_cells
 
 CELLS_PER_GRAIN, FURTHER_CELLS = 4, 252
-FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
+FARTHEST = 1e12  # um; a position beyond it counts as not a number
 # numbers of a search in the field `grid`, behind those of the cells: a kernel reads them from
 # there, for Python passes them more slowly than it searches. REACH: of two centres, squared, where
 # grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls
@@ -33,9 +33,9 @@ OWN_NUMBERS = 4  # beside the reach of each wall
 
 
 def place_search(grains, layout, walls):
-    """Scratch fields of the search (nothing in them outlives it)."""
+    """Scratch fields of the search."""
     pair_blocks = capacity(grains, layout, walls)[0]
-    # a large grain may have as many small neighbours as fit in all: one list after another
+    # a large grain may have very many small neighbours: lists are one after another
     near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
     fields = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
@@ -93,8 +93,8 @@ def counter(fields):
 class Neighbours:
     """The lists of neighbours.
 
-    Equal grains: NEIGHBOURS places of `near` each. Polydisperse ones: one list after another, which
-    are counted first.
+    Equal grains: NEIGHBOURS entries of `near` each. Polydisperse ones: lists one after another,
+    counted first.
     """
 
     def __init__(self, fields, scratch, layout, cells):
@@ -105,7 +105,7 @@ class Neighbours:
         self.near, self.near_count = scratch["near"], scratch["near_count"]
         self.own_count, self.capacity = scratch["own_count"], scratch["in_cell"].shape[0]
         self.near_start, self.radius = scratch.get("near_start"), fields.get("radius")
-        # members stand apart for the cells, and see no other one
+        # members are apart in the cells, so that none sees another
         self.seen, self.body = scratch.get("apart", self.x), fields.get("body")
         self.members = layout.members
 
@@ -155,7 +155,7 @@ class Neighbours:
 
     @ti.func
     def visit(self, grain, grid, reach, counting: ti.template()):
-        """Count or list the neighbours of a grain: what is near in the cells around its own."""
+        """Count or list the neighbours of a grain in the cells around its own."""
         position, counts, side = (
             self.x[grain],
             ti.Vector([0, 0]),
@@ -235,7 +235,7 @@ def make_find(fields, scratch, layout, cells):
 
     @ti.func
     def limit(starts: ti.template(), times: ti.template()):
-        """Lists for which there is no room, with one number behind them, are an overflow."""
+        """Set the overflow where lists, with one number after them, exceed the capacity."""
         ti.loop_config(serialize=True)
         for _ in range(1):
             if starts[counts[GRAINS]] >= times * counts[PAIR_ROOM]:

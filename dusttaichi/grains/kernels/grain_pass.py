@@ -1,4 +1,4 @@
-"""One pass over the grains: gather the loads of the own contacts in a fixed order, kick, drift."""
+"""One pass over the grains: gather the loads of their contacts in a fixed order, kick, drift."""
 
 from math import factorial
 from types import SimpleNamespace
@@ -26,8 +26,8 @@ class Orientations:
         """Turn a grain about its spin of the half step for a step.
 
         A steady spin is exact to rounding, up to a tenth of a radian a step. Sine and cosine of
-        half the angle are summed up: those of a library would take as long as all else that a step
-        does with a grain.
+        half the angle are series: library functions would take as long as the rest of the step of a
+        grain.
         """
         half = (0.5 * ti.cast(dt, self.dtype)) * spin
         h2 = half.dot(half)
@@ -51,18 +51,18 @@ class Orientations:
                 turned[2],
             ]
         )
-        # of a length that rounding alone takes from 1
+        # of a length that differs from 1 by rounding alone
         self.q[grain] = current * (1.5 - 0.5 * current.dot(current))
 
 
 def make_gather(fields, layout):
     """Returns `total(grain)`: force and torque on a grain, summed in a fixed order.
 
-    First come the contacts whose second body it is, from its list, then its own pairs, which are
-    side by side, then contacts with walls and sphere, from the second part of its list. Each loop
-    ends by what it reads: a grain has a contact or two of a kind, and what LLVM makes of a loop
-    over a known number of them, unrolled and vectorised, takes a third longer. All six sums of a
-    loop are of one sign, so that they are vectors.
+    First come the contacts in which it is the second body, from its list, then those in which it is
+    the first, which are adjacent, then contacts with walls and sphere, from the second part of its
+    list. Each loop ends by a number that it reads: a grain has a contact or two of a kind, and a
+    loop over a known number of them, which LLVM unrolls and vectorises, takes a third longer. All
+    six sums of a loop are of one sign, so that they are vectors.
     """
     width = layout.width  # a power of two
     shift = width.bit_length() - 1
@@ -105,7 +105,7 @@ def make_gather(fields, layout):
 
 
 def make_push(fields, layout):
-    """Returns `add_push(grain, force, torque)`: with the push from outside, none if carried."""
+    """Returns `add_push(grain, force, torque)`: with the external push, zero if carried."""
     push_force, free = fields.get("push_force"), fields.get("free")
 
     @ti.func
@@ -123,11 +123,12 @@ def make_push(fields, layout):
 def make_grain_pass(fields, layout):
     """Returns `move(grain, dt/m, dt/I, dt, reach2, step)`: kick and drift from a step to the next.
 
-    It returns (1 if a new search is due, position, velocity). Who needs these takes them from here:
-    to read what has just been written, in another width, makes a core wait, a third of a step.
-    Where grains have masses of their own (layout.polydisperse) m and I are units of them.
+    It returns (1 if a new search is due, position, velocity). Callers use these and do not read the
+    fields: reading numbers that have just been written, in another width, makes a core wait for a
+    third of a step. Where grains have masses of their own (layout.polydisperse) m and I are units
+    of them.
 
-    A search is due once a grain has gone further than half the skin from where it was at the last
+    A search is due once a grain has moved further than half the skin from where it was at the last
     one (reach2 its square), or is no longer a number.
     """
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]

@@ -1,4 +1,4 @@
-"""Sums that the loads on walls and faces are measured by, formed on a device in one launch."""
+"""Sums for the loads on walls and faces, formed on a device in one launch."""
 
 from dusttaichi.compute.device_blocks import THREADS, BlockSums
 from dusttaichi.compute.engine import ti

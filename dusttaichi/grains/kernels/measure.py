@@ -115,7 +115,7 @@ class ContactSums:
                 value = law.pending(motion, history, constants, dt, force.dot(motion.normal))
                 self.add(tile, self.first_pending + channel, value)
             self.add(tile, self.columns.contacts, motion.touches)
-            # of the surfaces, which softened contacts do not wait for
+            # of the surfaces; softened contacts form before these meet
             overlap = motion.overlap - (constants.touch - constants.r1 - constants.r2)
             self.most(tile, self.columns.deepest, motion.touches * overlap)
             # the smaller radius; on a wall inv_r2 is 0
@@ -127,7 +127,7 @@ class ContactSums:
 
 
 def make_measure(fields, sums, layout, phases):
-    """Kernels that fill `sums`, by name: of the grains and of each kind of contact that there is.
+    """Kernels that fill `sums`, by name: of the grains and of each kind of contact of the scene.
 
     measure_grains(mass, inertia, kick, turn): where grains have masses of their own
     (layout.polydisperse) mass and inertia are units of them. measure_pairs, measure_walls and

@@ -1,4 +1,4 @@
-"""The kernels of a search: all lists at once, for a launch takes Python as long as many steps."""
+"""The kernel of a search: all lists in one launch, which takes Python as long as many steps."""
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.gather import Walls
@@ -12,7 +12,7 @@ from dusttaichi.particles.cells import Cells
 def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
     """Kernel `list_neighbours(box)`: pairs, contacts with walls and sphere, those of every grain.
 
-    Where counts[OVERFLOW] is set meanwhile, the lists are void. walls: true if there are any.
+    Where it sets counts[OVERFLOW], the lists are not valid. walls: true if there are any.
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
     cells = Cells(scratch["grid"], 3, periodic=layout.periodic, tilted=layout.tilted)

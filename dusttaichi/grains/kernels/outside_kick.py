@@ -1,8 +1,8 @@
 """Forces from outside on grains and sphere: solved with the kick of a step, and their work summed.
 
-The field `forces` has in its first places what `EQUAL` names, then those of equal grains and of the
-sphere (BODY), then the numbers of the laws. A force that depends on the velocity acts at that of
-the positions, which is half a step behind the one that the kick begins with (`Forces.solve`).
+The field `forces` begins with the numbers that `EQUAL` names, then has those of equal grains and of
+the sphere (BODY), then the numbers of the laws. A force that depends on the velocity acts at that
+of the positions, which is half a step behind the one that the kick begins with (`Forces.solve`).
 """
 
 from types import SimpleNamespace

@@ -1,9 +1,9 @@
 """Grains of their own radius and material: the numbers of each contact, rows of its block.
 
-The numbers of a pair never change and are computed once, when a search lists the pair,
-from the two radii and from a table of interfaces (`Interface` of physics.contact.interface, one row
-for each two materials, and the keys of the laws' blocks, in internal units: the formulas hold in
-any consistent ones). The passes read them in the place of those of equal grains.
+The numbers of a pair never change and are computed once, when a search lists the pair, from the two
+radii and from a table of interfaces (`Interface` of physics.contact.interface, one row for each two
+materials, and the keys of the laws' blocks, in internal units: the formulas hold in any consistent
+ones). The passes read them instead of those of equal grains.
 """
 
 from dataclasses import fields as fields_of
@@ -53,7 +53,7 @@ def own_keys(block):
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             out[name] = value / units.GRAINS(_unit(key.metadata, key.annotation))
         elif value is None:
-            out[name] = 0.0  # the columns of the table do not hang on what is given
+            out[name] = 0.0  # the columns of the table do not depend on the keys that a scene sets
     return out
 
 
@@ -125,7 +125,7 @@ def make_numbers(fields, layout):
 
 @ti.data_oriented
 class OwnNumbers(EqualNumbers):
-    """Reads the numbers that each contact has to itself."""
+    """Reads the numbers of each contact."""
 
     def __init__(self, fields, layout):
         super().__init__(fields, layout)
@@ -218,7 +218,7 @@ def make_write_constants(fields, interfaces, scene, layout):
 
 
 def make_write(fields, interfaces, scene, layout):
-    """Returns `write(b, k, row, two)`: the numbers of one contact, made by the laws.
+    """Returns `write(b, k, row, two)`: the numbers of one contact, computed by the laws.
 
     row: of the table of interfaces. two: radii and masses of the two by the names that
     ContactConstants has for them.

@@ -24,7 +24,7 @@ class HistoryRows:
 
     @ti.func
     def put_aside(self, block):
-        """The history of a block to where the new lists find it."""
+        """Copy the history of a block to where the new lists read it."""
         index = block & self.mask
         for n in range(self.rows):
             for lane in range(self.width):
@@ -69,7 +69,7 @@ class PairLanes:
             self.write_constants(block, lane, grain, j)
         shifted = ti.cast(0.0, ti.f64)
         for passed in ti.static(range(len(self.axes))):
-            # from the last axis to the first: what a face across z adds along x is known then
+            # from the last axis to the first: a face across z also displaces along x
             column = ti.static(len(self.axes) - 1 - passed)
             axis = ti.static(self.axes[column])
             way = self.x[grain][axis] - self.x[j][axis]
@@ -128,7 +128,7 @@ class PairLists:
 
     @ti.func
     def keep_old(self, block):
-        """Entries are listed again after this: their places hold the old partners meanwhile."""
+        """Keep the former partners in place of the entries, which are listed again."""
         index = block & self.history.mask
         self.history.put_aside(index)
         for lane in range(self.width):

@@ -19,7 +19,7 @@ from dusttaichi.physics.contact.material_interface import (
 )
 
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
-CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
+CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far beyond its assumptions
 S_PULL_OFF = 6.0 ** (-1.0 / 3.0)  # sqrt(a/a0) at pull-off
 
 
@@ -86,7 +86,7 @@ def characteristic_time(material):
 
 @dataclass(frozen=True)
 class ContactConstants(Interface):
-    """Two surfaces and their radii, SI: what a law makes its numbers of; these are attributes too.
+    """Two surfaces and their radii, SI: input of the numbers of laws, which are attributes too.
 
     r2: infinite for a wall, of which R = r1. reduced_mass: of the two grains, that of the grain on
     a wall. R_pair: reduced radius of two grains, on a wall of the grain and another like it (S12

@@ -1,6 +1,6 @@
 """A field of the same strength everywhere, which may oscillate, on the charges of the particles.
 
-Charges do not act on each other; that needs fields far below q/(4 pi eps_0 d^2) to be left out.
+Charges do not act on each other, which requires q/(4 pi eps_0 d^2) far below the field.
 """
 
 from math import pi

@@ -1,4 +1,4 @@
-"""Work and losses of forces from outside, from the change of what a method sums up."""
+"""Work and losses of forces from outside, from the change of the sums of a method."""
 
 
 def split_work(model, change):

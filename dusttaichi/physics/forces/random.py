@@ -1,4 +1,4 @@
-"""Random numbers by counters: of a seed, a particle and a step, whichever thread asks for them."""
+"""Random numbers by counters: of a seed, a particle and a step, the same in any thread."""
 
 from math import pi
 
