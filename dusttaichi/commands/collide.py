@@ -52,7 +52,7 @@ def _remark_model(scene):
     with suppress(DustError):  # a body that cannot be made: its collisions fail with the reason
         plan = plan_of(scene)
         if plan.beyond:
-            impact = f"The fastest impact of two grains is {plan.impact.text()}"
+            impact = f"Impact speed of two grains: {plan.impact.text()}"
             remark(f"collisions.speed: {plan.beyond}. {impact}")
 
 

@@ -58,7 +58,7 @@ class Phases:
     def total(self):
         """Print the sum of all phases."""
         if self._on:
-            remark(f"{self._began - self._start:8.2f} s  in all")
+            remark(f"{self._began - self._start:8.2f} s  total")
 
 
 def _age():

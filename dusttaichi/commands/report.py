@@ -75,7 +75,7 @@ def watch(
         threading.Thread(target=wait, daemon=True).start()
 
     def announce(url):
-        remark(f"watch it at {url} (Ctrl-C ends it)")
+        remark(f"open {url} to watch it; Ctrl-C ends the server")
 
     serve(run, port, browse=browse, announce=announce, stop=stop)
 

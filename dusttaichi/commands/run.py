@@ -38,7 +38,7 @@ def run(
     scene = run.load_scene(file, settings)
     directory = run_directory(scene, run.output)
     if getattr(scene, "collisions", None) is not None and not run.quiet:
-        remark(f"this is the one collision of `sample`; all of `collisions`: dust collide {file}")
+        remark(f"one collision, that of `sample`; all of `collisions`: dust collide {file}")
     if scene.replicas is not None:
         from dusttaichi.studies.sweep_study import replicas
 

@@ -76,7 +76,7 @@ def run(
         if scene.replicas is not None:
             raise DustError(f"replicas = {scene.replicas}: for many runs there is dt.sweep(scene)")
         if getattr(scene, "collisions", None) is not None:
-            bar.log("this is the one collision of `sample`; all of `collisions`: dt.collide(scene)")
+            bar.log("one collision, that of `sample`; all of `collisions`: dt.collide(scene)")
         folder = user_path(run_directory(scene, directory))
         with resumable(CONTINUE_HINT):
             options: dict[str, Any] = {"report": show_run(bar), "log": bar.log}

@@ -116,7 +116,7 @@ def list_map_rows(data: xr.Dataset) -> list[tuple[str, str]]:
     return [
         ("speeds", str(data.sizes["speed"])),
         ("slowest without sticking", f"{apart[0]:.6g} m/s" if len(apart) else "none"),
-        ("sticking speed without damping, two grains (or grain and wall)", f"{closed:.6g} m/s"),
+        ("sticking speed without damping", f"{closed:.6g} m/s"),
     ]
 
 

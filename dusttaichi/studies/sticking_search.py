@@ -285,7 +285,7 @@ def list_rows(sticking: Sticking) -> list[tuple[str, str]]:
             "sticking speed",
             f"{sticking.speed:.6g} ± {0.5 * (sticking.high - sticking.low):.1g} m/s",
         ),
-        ("without damping, two grains (or grain and wall)", f"{sticking.closed:.6g} m/s"),
+        ("the same without damping, for two grains", f"{sticking.closed:.6g} m/s"),
         ("time step", f"{sticking.time_step * 1e12:.4g} ps"),
         ("simulated speeds", str(len(sticking.speeds))),
     ]

@@ -276,7 +276,7 @@ def test_the_tools_know_the_folder_of_a_study(finished_study, capsys):
     data, file = analysis.open_collisions(out)
     assert file == out / "collisions.nc" and data.outcome.dims == AXES
     dust("run", folder / "study.yaml", "-o", folder / "one", "--no-figures")
-    hint = "this is the one collision of `sample`; all of `collisions`: dust collide"
+    hint = "one collision, that of `sample`; all of `collisions`: dust collide"
     assert hint in capsys.readouterr().err
 
 
@@ -293,7 +293,7 @@ def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
         dust("collide", path, "-o", tmp_path / "out")
     output = capsys.readouterr().err
     assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in output
-    assert "The fastest impact of two grains is at most 200 m/s" in output
+    assert "Impact speed of two grains: up to 200 m/s" in output
 
 
 def test_parts_of_a_study_make_the_whole(finished_study, capsys):
