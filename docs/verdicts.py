@@ -33,9 +33,9 @@ def rows():
     return listed
 
 
-def compute_error(expected, here):
+def compute_error(expected, computed):
     """Deviation of one value from another in percent; "" unless both are numbers of one unit."""
-    values = [VALUE.fullmatch(text) for text in (expected, here)]
+    values = [VALUE.fullmatch(text) for text in (expected, computed)]
     if not all(values) or values[0][3] != values[1][3]:
         return ""
     numbers = [1 / float(v[2]) if v[1] else float(v[2]) for v in values]

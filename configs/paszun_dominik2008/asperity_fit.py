@@ -79,12 +79,12 @@ class Study(UserStudy):
             speed = float(speeds[bounced - 1] + speeds[bounced]) / 2
         return {"sticking_speed": speed}
 
-    def dataset(self, found):
-        scenes = [result.point.scene for result in found.values()]
+    def dataset(self, results):
+        scenes = [result.point.scene for result in results.values()]
         volumes = [scene.interaction.asperities.volume for scene in scenes]
         radii = [scene.material.radius for scene in scenes]
         columns = {"volume": ("point", volumes), "radius": ("point", radii)}
-        return super().dataset(found).assign(columns)
+        return super().dataset(results).assign(columns)
 
 
 def write(vectors, unit):

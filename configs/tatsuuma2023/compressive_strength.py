@@ -86,9 +86,9 @@ def loss_shares(run, decades=0.1):
     DustError
         The filling factor grows through less than one bin.
     """
-    part = run.part_that("shrinks")
-    losses = sum_losses_by_channel(part.series)
-    phi = part.series.filling_factor.values if "filling_factor" in part.series else np.zeros(0)
+    stage = run.part_that("shrinks")
+    losses = sum_losses_by_channel(stage.series)
+    phi = stage.series.filling_factor.values if "filling_factor" in stage.series else np.zeros(0)
     rising = np.maximum.accumulate(phi)
     first = np.ceil(np.log10(rising[0]) / decades - 1e-9) if len(phi) else 0.0
     last = np.floor(np.log10(rising[-1]) / decades + 1e-9) if len(phi) else 0.0
@@ -97,9 +97,9 @@ def loss_shares(run, decades=0.1):
     edges = np.arange(first, last + 1) * decades
     lost = {c: np.diff(np.interp(edges, np.log10(rising), v)) for c, v in losses.items()}
     total = sum(lost.values())
-    known = total > 0.0
-    shares = {c: v[known] / total[known] for c, v in lost.items()}
-    return LossShares(10 ** (0.5 * (edges[1:] + edges[:-1]))[known], shares, total[known])
+    is_lossy = total > 0.0
+    shares = {c: v[is_lossy] / total[is_lossy] for c, v in lost.items()}
+    return LossShares(10 ** (0.5 * (edges[1:] + edges[:-1]))[is_lossy], shares, total[is_lossy])
 
 
 @plots.figure(
@@ -109,7 +109,7 @@ def loss_shares(run, decades=0.1):
     applies=lambda run: run.shrinks,
     optional=True,
 )
-def drawn_shares(run):
+def draw_loss_shares(run):
     """Share of each channel in the losses of a run per tenth of a decade of the filling factor.
 
     In the paper rolling prevails below 0.1, sliding and twisting above.
@@ -126,4 +126,4 @@ def drawn_shares(run):
     return figure
 
 
-plots.register(drawn_shares)
+plots.register(draw_loss_shares)

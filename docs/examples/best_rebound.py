@@ -9,14 +9,14 @@ WIDTH = 1.5  # ratio of the last two speeds
 
 
 class Study(UserStudy):
-    def points(self, found):
+    def points(self, results):
         low, high = LOW, HIGH
         while high > WIDTH * low:
-            speeds = [low * (high / low) ** share for share in (1 - GOLDEN, GOLDEN)]
+            speeds = [low * (high / low) ** fraction for fraction in (1 - GOLDEN, GOLDEN)]
             labels = [f"{speed:.4g}" for speed in speeds]
-            if any(label not in found for label in labels):
+            if any(label not in results for label in labels):
                 return [self.point(label, {"sample.speed": f"{label} m/s"}) for label in labels]
-            slow, fast = (found[label].measured["restitution"] for label in labels)
+            slow, fast = (results[label].measured["restitution"] for label in labels)
             low, high = (low, speeds[1]) if slow > fast else (speeds[0], high)
         return []
 

@@ -24,12 +24,12 @@ class Keys(DustLaw):
 class RollingGrains:
     NUMBERS = {"scale": Constant("Pa", "E_roll/r^3")}
 
-    def numbers(material, own):
-        energy = rolling_energy(own.surface_energy, own.radius, own.critical_rolling)
-        return {"scale": energy / own.radius**3}
+    def numbers(material, keys):
+        energy = rolling_energy(keys.surface_energy, keys.radius, keys.critical_rolling)
+        return {"scale": energy / keys.radius**3}
 
-    def limits(own):
-        return 0.0, own.phi_max
+    def limits(keys):
+        return 0.0, keys.phi_max
 
     def strength(phi, m):
         return m.scale * (1.0 / phi - 1.0 / m.phi_2) ** -3.0

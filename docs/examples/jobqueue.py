@@ -30,11 +30,11 @@ def open_cluster():
     return cluster
 
 
-def study(cluster, command, file, settings, *more):
+def study(cluster, command, file, settings, *options):
     """`dust COMMAND` with its runs on the cluster; returns its exit code."""
     keys = [word for setting in settings for word in ("--set", setting)]
     address = cluster.scheduler_address
-    words = ["dust", command, file, *keys, "--scheduler", address, "--resume", *more]
+    words = ["dust", command, file, *keys, "--scheduler", address, "--resume", *options]
     return subprocess.run(words).returncode
 
 

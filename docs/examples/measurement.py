@@ -41,5 +41,5 @@ print(
 simulation.run()
 with dt.open_run(simulation.flush()) as result:
     print(result.series.time.size, "records")
-own = simulation.records("spread")
-print(own["record_time"], own["gyration"])
+records = simulation.records("spread")
+print(records["record_time"], records["gyration"])

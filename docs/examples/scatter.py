@@ -9,12 +9,12 @@ def table(data):
     """(columns, sentences) of a dataset of `analysis.gather`; of both none without p_m."""
     if "p_m" not in data:
         return [], []
-    share = (data.std_p_m / data.mean_p_m).values.ravel()
+    relative_scatter = (data.std_p_m / data.mean_p_m).values.ravel()
     columns = [
         ("point", [label or "all" for label in point_labels(data)]),
-        ("scatter of p_m", [f"{value:.1%}" for value in share]),
+        ("scatter of p_m", [f"{value:.1%}" for value in relative_scatter]),
     ]
-    return columns, [f"largest: {share.max():.1%}"]
+    return columns, [f"largest: {relative_scatter.max():.1%}"]
 
 
 numbers.register(Statistics(name="scatter", title="scatter between replicas", table=table))
