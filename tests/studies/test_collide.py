@@ -292,7 +292,7 @@ def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
     with pytest.raises(DustError, match="stopped"):
         dust("collide", path, "-o", tmp_path / "out")
     output = capsys.readouterr().err
-    assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in output
+    assert "collisions.speed: speeds from 200 m/s on (1 of 2) exceed" in output
     assert "Impact speed of two grains: up to 200 m/s" in output
 
 
