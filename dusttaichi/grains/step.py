@@ -129,7 +129,7 @@ class Phases:
 
     @ti.func
     def kick_and_drift(self, me, workers, step, numbers, box: ti.template()):
-        """Gather the loads of the grains of a share, kick and drift them."""
+        """Gather the loads of the grains of a worker, kick and drift them."""
         is_due = 0
         for section in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
             is_due = ti.max(is_due, self.move_part(section, step, numbers))
@@ -145,7 +145,7 @@ class Phases:
 
     @ti.func
     def search_is_due(self, step, numbers):
-        """True if a grain, or a wall at that step, has gone as far as the lists allow."""
+        """True if a grain, or a wall at that step, has moved as far as the lists allow."""
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func

@@ -11,7 +11,7 @@ from dusttaichi.grains.step import step_numbers
 
 
 class Stepper:
-    """Advances a Motion by whole steps; the ledger continues over what changes between them.
+    """Advances a Motion by whole steps; the ledger includes the changes between them.
 
     kernels: those of a Compiled, by name. motion: Motion. search: Search. kernel_sums: KernelSums.
     ledger: Ledger. sphere: MovingSphere, or None. threads: workers of the steps.
@@ -27,7 +27,7 @@ class Stepper:
     # -- steps -----------------------------------------------------------------------------------
 
     def advance(self, steps):
-        """Make `steps` steps, searching for neighbours whenever it is due."""
+        """Compute `steps` steps, with a search for neighbours whenever it is due."""
         environment, end = self._environment, self._environment.step + steps
         pending = 0
         while environment.step < end:
@@ -67,7 +67,7 @@ class Stepper:
     def load_contacts(self):
         """Form history and loads of the contacts of a start.
 
-        A pass over them in which no time goes by, whose losses (those of forming) are not counted.
+        A pass over them without a step, whose losses (those of forming) are not counted.
         """
         self._environment.step -= 1
         self._call(1, 1, 0.0)
@@ -87,7 +87,7 @@ class Stepper:
     # -- drive -----------------------------------------------------------------------------------
 
     def drive(self, drive):
-        """Move walls and faces as `drive` (scene.Drive) says from this step on."""
+        """Move walls and faces by `drive` (scene.Drive) from this step on."""
         if self._sphere is not None:
             self._ledger.close_sphere()
         with self._ledger.change_speeds(self._kernel_sums.read_loads()):
@@ -125,8 +125,8 @@ class Stepper:
     def evaluate(self):
         """Force [nN] and torque [nN um] of the present contacts on every grain, (N, 3) each.
 
-        Grains are in the sample's order. Nothing is changed; forces that act during one step only
-        (first touches) are not included.
+        Grains are in the sample's order. The state does not change; forces that act during one step
+        only (first touches) are not included.
         """
         state = self._state
         used = state.used_blocks()

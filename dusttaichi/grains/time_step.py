@@ -18,10 +18,10 @@ from dusttaichi.scene.drive import STRAIN_RATE
 from dusttaichi.scene.push import list_stage_pushes
 from dusttaichi.scene.surfaces import find_fastest
 
-BALANCED = 0.2  # step_fraction that physics.encounter is made for
-SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
-LOOSE = 1.0  # contacts a grain, below which hardly any energy is bound at the start
-FEW = 13  # grains below which one collision is most of what happens
+BALANCED = 0.2  # step_fraction for which physics.encounter was calibrated
+SAFE = 1.4  # largest fraction of its limit of a step that strong damping limits
+LOOSE = 1.0  # contacts per grain below which the initial binding energy is negligible
+FEW = 13  # grains below which one collision dominates
 SETTLING = 15_000
 """Steps within which a load is reached; with or without softening it took 4000 to 13,000
 (docs/studies/trade.md). The controller changes the speed after a number of steps, not a time."""
@@ -31,8 +31,8 @@ SETTLING = 15_000
 class TimeStep:
     """The step [s], and the numbers that it follows from.
 
-    The stiffest period by which it is measured, the largest stable one, the longest that resolves
-    how fast bodies meet and turn, and the hardest Impact of the start.
+    The stiffest period, the largest stable step, the longest step that resolves impacts and spins,
+    and the hardest Impact of the start.
     """
 
     dt: float
@@ -119,7 +119,7 @@ def timescale_of_forces(table):
 
 
 def step_of_motion(table, motion):
-    """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
+    """Longest step [s] that resolves impacts and spins; see physics.encounter."""
     alone = motion.alone
     steps = [encounter.step(c, motion.grains, alone) for c in table.extreme_pairs]
     if table.scene.has_walls:
@@ -133,9 +133,9 @@ def step_of_motion(table, motion):
 class Motion:
     """Largest relative speeds [m/s] and spin [rad/s].
 
-    They are speeds of two grains, a grain and a wall, and a grain and the sphere. alone: one
-    collision is most of what happens: few grains, or hardly any that touch. thrown: relative speed
-    of two grains without the parts of spins and of the faces of a cell.
+    Speeds of two grains, of a grain and a wall, and of a grain and the sphere. alone: one collision
+    dominates: few grains, or hardly any that touch. thrown: relative speed of two grains without
+    the parts of spins and of the faces of a cell.
     """
 
     grains: float
@@ -150,8 +150,8 @@ def fastest(scene, sample, radii):
     """Motion of a scene with a sample (already pushed). radii [m]: one number, or (N,).
 
     Bounds, not estimates: velocities by their range along each axis; a wall throws grains at twice
-    its speed, a face moves their images by that of the cell's edge; a spinning surface may turn all
-    of its speed into flight. What forces from outside will do is not known beforehand.
+    its speed, a face moves their images at the speed of the cell's edge; a spinning surface throws
+    grains at its full speed at most. Speeds by forces from outside are not known in advance.
     """
     v = sample.velocities
     apart = float(np.linalg.norm(np.ptp(v, axis=0))) if len(v) else 0.0

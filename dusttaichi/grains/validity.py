@@ -10,7 +10,7 @@ LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
 def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
-    """Raise GuardStop if the Measurement of grains cannot be trusted.
+    """Raise GuardStop if the Measurement of grains is not valid.
 
     run: the method.Engine, for the message. motion: Motion. contacts: Contacts. sphere:
     MovingSphere, or None. grains: those of the Measurement, by the sample's numbers, of which the
@@ -33,12 +33,12 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
 
 
 def _start(run):
-    """Sentence on the start, if it may be the cause, and the first word of what to try."""
+    """Sentence on the start, if it may be the cause, and the beginning of the advice."""
     return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
 
 
 def _name_speed(motion, sphere):
-    """Speed to lower: that of what presses the grains, or of their impact."""
+    """Speed to lower: of the walls, of the cell, of the sphere, or of the impact."""
     domain = motion.environment.domain
     if domain.fastest_wall > 0.0:
         return "a lower wall speed"

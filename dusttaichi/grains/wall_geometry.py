@@ -1,4 +1,4 @@
-"""Walls and surfaces of a Domain at points of the room: normals, distances, strengths (NumPy)."""
+"""Walls and surfaces of a Domain at points: normals, distances, strengths (NumPy)."""
 
 import numpy as np
 
@@ -12,13 +12,13 @@ def name_walls(domain):
 
 
 def list_present(domain):
-    """True for each wall that there is, surfaces included."""
+    """True for each present wall, surfaces included."""
     count = 0 if domain.surfaces is None else len(domain.surfaces)
     return np.array([*(domain.box.present == 1), *[True] * count])
 
 
 def normals_at(domain, wall, x, time):
-    """Unit normals of walls (n,) at points (n, 3), into the room."""
+    """Unit normals of walls (n,) at points (n, 3), into the sample."""
     out = domain.box.normal[np.minimum(wall, PLANES - 1)]
     return _put_surfaces(
         domain, wall, out, lambda n, rows: domain.surfaces.normals(n, x[rows], time)

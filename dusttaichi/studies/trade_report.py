@@ -172,7 +172,7 @@ def list_remarks(trade: Trade) -> list[str]:
     judge, name = trade.judge, trade.judge.name
     convergence, scatter = judge.convergence[name], judge.scatter[name]
     lines = [f"{row.variant.label}: {row.status}" for row in trade.rows if not row.ok]
-    text = f"reference: it changes by {format_percent(convergence)} at {trade.check.variant.text}"
+    text = f"the reference changes by {format_percent(convergence)} at {trade.check.variant.text}"
     if not judge.converged:
         limit = format_percent(judge.tolerance)
         text += (
@@ -192,7 +192,7 @@ def list_remarks(trade: Trade) -> list[str]:
             "the scatter exceeds the tolerance: the error of a single run is partly random, even a "
             "small one. Use more grains"
         )
-    lines.append(f"noise of a cost: {format_percent(trade.noise)}")
+    lines.append(f"uncertainty of a cost: {format_percent(trade.noise)}")
     return lines + [f"not varied: {name} ({reason})" for name, reason in trade.left_out.items()]
 
 

@@ -34,7 +34,7 @@ def place(simulation):
 
 def test_a_measurement_of_ones_own(tmp_path):
     names = runpy.run_path(str(EXAMPLES / "measurement.py"))
-    own, scene = names["own"], names["scene"]
+    own, scene = names["records"], names["scene"]
     np.testing.assert_allclose(own["record_time"], np.arange(11) * 2e-9, atol=1e-10)  # half a step
     # before they meet the clusters draw near each other: the root of the mean square shrinks
     assert own["gyration"].shape == (11,) and own["gyration"][1] < own["gyration"][0]

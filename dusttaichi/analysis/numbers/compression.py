@@ -156,7 +156,7 @@ FIT = Family(
         quiet("law_delta", "Delta of the law", sweeps=FILE),
         quiet("law_name", "name of the law", ""),
         Observable(name="rms", title="rms distance of the filling factor from the law",
-                   rows=_build_deviation_rows("rms", "rms"), figure="compression",
+                   rows=_build_deviation_rows("rms distance", "rms"), figure="compression",
                    column=("rms in phi", "{:.3f}", 1), order=AFTER),
         quiet("rms_mean", "mean distance from the law", sweeps=ENSEMBLES,
               column=("mean in phi", "{:+.3f}", 1), order=AFTER),

@@ -250,7 +250,7 @@ def wall_constants(material, interaction, r=None, wall=None):
 
     r [m]: another radius than the material's; wall: material of the wall, the grain's if not given.
     R = r, so a0, delta0, F_c and k_s differ from those of a pair; k_r and k_t are a pair's (S12
-    after eq 27: the wall's own a0 would make k_t four times that; of minor importance).
+    after eq 27: the wall's own a0 would make k_t four times that; a minor difference).
     """
     r = material.radius if r is None else r
     mass = sphere_mass(r, material.density)

@@ -81,9 +81,9 @@ def register(effect: str, name: str, law: Any, block: type[Any] | None = None) -
     (`scene.interaction.Effect` for rolling, sliding and twisting, `scene.interaction.NormalLaw`,
     `scene.interaction.Damping`) with the keys of the law; that class itself if the law has none of
     its own. A law that is registered again under its name replaces the former one; the built-in
-    ones cannot be replaced. With effect = "effects" it is one of its own kind, beside the others:
-    `interaction: {effects: {NAME: {...}}}`, with a block derived from `scene.fields.Block`.
-    Raises ValueError for an effect that there is not, a built-in name or a law that lacks a part.
+    ones cannot be replaced. With effect = "effects" it acts beside the other effects: `interaction:
+    {effects: {NAME: {...}}}`, with a block derived from `scene.fields.Block`. Raises ValueError for
+    an unknown effect, a built-in name or a law that lacks a part.
     """
     if effect not in NEEDED:
         raise ValueError(f"effect = {effect!r}: one of {', '.join(NEEDED)} is needed")
@@ -173,7 +173,7 @@ def numbers_of(model: "ContactModel", contact: Any) -> dict[str, float]:
 
 
 def table_of_numbers() -> list[tuple[str, str, str, str, str]]:
-    """Rows (effect, law, name, SI unit, meaning) of the numbers of all laws that there are."""
+    """Rows (effect, law, name, SI unit, meaning) of the numbers of all laws."""
     return [
         (effect, name, number, declared.unit, declared.meaning)
         for effect, name in LAWS

@@ -4,19 +4,19 @@ The contact pointers n1, n2 of S12 (sect. 2.1.3) are fixed in the grains and poi
 n_c but for small angles, some 1e-3. A unit vector in single precision has a rounding of 6e-8; the
 displacements that follow from the pointers,
 
-    xi = R (n1 + n2)  (S12 eq 8),    zeta = r1 n1 - r2 n2 + (r1 + r2) n_c  (S12 eq 9),
+xi = R (n1 + n2)  (S12 eq 8),    zeta = r1 n1 - r2 n2 + (r1 + r2) n_c  (S12 eq 9),
 
 have 6e-8 of themselves. So a contact keeps xi and zeta, and the pointers follow from them:
 
-    n1 = -n_c + e1,  e1 = xi/r1 + zeta/(r1 + r2);    n2 = n_c + e2,  e2 = xi/r2 - zeta/(r1 + r2).
+n1 = -n_c + e1,  e1 = xi/r1 + zeta/(r1 + r2);    n2 = n_c + e2,  e2 = xi/r2 - zeta/(r1 + r2).
 
 Only the components across n_c are displacements of springs; those along n_c follow from the unit
 length of the pointers. A wall is a second body of infinite radius: 1/r2 = 1/(r1 + r2) = 0, n2 = n_c
 is its normal, and zeta is S12 eq 24.
 
-What cancels is formed in double precision by the caller: the distance vector d of the centres and
-the gap touch^2 - d.d. `touch` is r1 + r2; softened contacts form earlier, but their zeta is that of
-surfaces at the radii all the same.
+Differences of large numbers are formed in double precision by the caller: the distance vector d of
+the centres and the gap touch^2 - d.d. `touch` is r1 + r2; softened contacts form earlier, but their
+zeta is still that of surfaces at the radii.
 """
 
 from functools import cache
@@ -65,7 +65,7 @@ def motion_type(dtype):
 
 @cache
 def load_type(dtype):
-    """The struct Load: what effects exert on the two bodies of a contact, each adding its own."""
+    """The struct Load: forces and torques of the effects on the two bodies of a contact."""
     vec3 = ti.types.vector(3, dtype)
 
     @ti.dataclass
@@ -139,8 +139,8 @@ def surface_motion(Motion: ti.template(), overlap, normal, turned, speed, dv, sp
     """Motion of a grain against a curved surface that may turn.
 
     turned: change of its normal over the last step; speed: rate of the distance half a step ago;
-    dv: velocity of the grain relative to the point of the surface that it touches. What the turn of
-    the surface moves of that point is in dv: the second body has no lever.
+    dv: velocity of the grain relative to the point of the surface that it touches. The motion of
+    that point by the turn of the surface is in dv: the second body has no lever.
     """
     return Motion(
         overlap=overlap,
@@ -216,8 +216,8 @@ def carry(motion: ti.template(), history: ti.template(), constants):
 def point(motion: ti.template(), history: ti.template(), constants, flat: ti.template()):
     """Pointers of the displacements across n_c: their components along it follow from unit length.
 
-    xi gets its own; zeta is across n_c for the effects, and `zeta_along` is what it lacks. flat:
-    the second body is a wall.
+    xi includes its component; zeta is across n_c for the effects, and `zeta_along` is its component
+    along n_c. flat: the second body is a wall.
     """
     e1, e2 = deviations(history, constants)
     short_1, short_2 = axial_deficit(e1, motion.along_1), axial_deficit(e2, motion.along_2)

@@ -1,4 +1,4 @@
-"""The interface of two materials: what a contact has of them, whatever the radii. SI, no Taichi."""
+"""Interface of two materials: numbers of a contact, whatever the radii. SI, no Taichi."""
 
 from dataclasses import dataclass, field
 from math import sqrt
@@ -44,7 +44,7 @@ def _define_field(unit):
 
 @dataclass(frozen=True)
 class Interface:
-    """Numbers of a contact between two materials, SI: what does not depend on the radii.
+    """Numbers of a contact between two materials, SI, that do not depend on the radii.
 
     gamma by a rule of MIXING; 1/E* = sum of (1 - nu^2)/E, 1/G* = sum of (2 - nu)/G (`printed`:
     (2 - nu^2)/G), 1/G = 1/G1 + 1/G2; nu, xi_crit, density and asperity_volume are means
