@@ -55,8 +55,8 @@ def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
     ):
         _remark_on_costs(one)
         text = " ".join(capsys.readouterr().err.split())
-        assert text.startswith(f"{path}: this sample takes about ")
-        assert "its cost grows as N" in text
+        assert text.startswith(f"{path}: making this sample takes about ")
+        assert "the time grows as N" in text
     for one in (scene(**tree | {"grains": 100}), scene(kind="rbd", grains=1_000_000)):
         _remark_on_costs(one)
     assert capsys.readouterr().err == ""
