@@ -15,7 +15,7 @@ _TABLE = {
         "step",
         "height",
         "stage",
-        ("substeps", "time", "1", "time steps of the method since the start", "", ""),
+        ("substeps", "time", "1", "time steps, several in an output step, since the start", "", ""),
         ("kinetic", "time", "J", "kinetic energy of dust and rigid bodies", "", ""),
         ("gravity_energy", "time", "J", "energy in the field of gravity, that of the "
          "bodies themselves included", "", ""),

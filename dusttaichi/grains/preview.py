@@ -172,8 +172,10 @@ def _contact(c, scene):
     ]
     model = chosen_model(scene.interaction)
     for effect, law in model.effects[1:]:
-        rows += [(f"{effect}: {n.meaning} {name}", _number(c.numbers[name], n.unit))
-                 for name, n in law.NUMBERS.items()]  # fmt: skip
+        for name, number in law.NUMBERS.items():
+            label = f"{number.meaning} {name}"
+            label = label if effect in label else f"{effect}: {label}"
+            rows.append((label, _number(c.numbers[name], number.unit)))
     return rows
 
 

@@ -150,7 +150,7 @@ def test_the_share_of_numerical_dissipation_is_told(fallen):
     assert numbers["numerical_dissipation"] == pytest.approx(0.27)
     assert numbers["time_steps"] == 8 * (len(lost) - 1)
     rows = dict(row[:2] for row in tabulate(numbers))
-    assert rows["numerical dissipation"] == "27.0% of the energy lost"
+    assert rows["numerical dissipation"] == "27.0 % of the energy lost"
     # a turning elastic block gains by rounding in one channel what it loses in another
     with open_run(fallen.path) as run:
         lost = np.linspace(0.0, 1.0, len(run.series.time))[:, None] * [-3, 4, 1]
@@ -175,7 +175,7 @@ def test_no_share_of_numerical_dissipation_where_nothing_is_lost():
     """An elastic block that turns: 3.6 uJ gained and 2.5 uJ lost of 6.65 mJ."""
     turning = {"shear": -3.58e-6, "grid": 2.33e-6, "artificial": 0.19e-6}
     numbers = numerical_dissipation(ledger_of(6.65e-3, **turning))
-    text = "0.038% of the energy; all losses, -0.016% of it, are too small for a share"
+    text = "0.038 % of the energy; all losses, -0.016 % of it, are too small for a share"
     assert numbers == {"numerical_dissipation_problem": text}
     assert numerical_dissipation(ledger_of(1e-4, shear=1e-6, grid=1e-6)) == {
         "numerical_dissipation": 0.5

@@ -91,8 +91,10 @@ def _format_load_control(value, n):
     for load in value:
         stage = f" in {load['stage']}" if load["stage"] else ""
         extremes = f"{load['lowest']:.2f} to {load['highest']:.2f} of it"
-        within = f"load within {CLOSE:.0%}{stage}"
-        rows.append((within, f"{1.0 - load['missed_share']:.0%} of the time, {extremes}", ""))
+        within = f"load within {100.0 * CLOSE:.0f} %{stage}"
+        rows.append(
+            (within, f"{100.0 * (1.0 - load['missed_share']):.0f} % of the time, {extremes}", "")
+        )
     return rows
 
 

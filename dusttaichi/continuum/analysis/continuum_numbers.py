@@ -62,8 +62,8 @@ def numerical_dissipation(energies):
         return {"numerical_dissipation": fraction}
     numerical = sum(ends.get(channel, 0.0) for channel in NUMERICAL)
     return {
-        "numerical_dissipation_problem": f"{100 * numerical / energy:.2g}% of the energy; all "
-        f"losses, {100 * lost / energy:.2g}% of it, are too small for a share"
+        "numerical_dissipation_problem": f"{100 * numerical / energy:.2g} % of the energy; all "
+        f"losses, {100 * lost / energy:.2g} % of it, are too small for a share"
     }
 
 
@@ -140,7 +140,7 @@ def _law(key, scale, unit, equation):
 
 
 def _pieces(value, n):
-    largest_text = f"{n['largest_piece']:.1%} of the mass in the largest"
+    largest_text = f"{100.0 * n['largest_piece']:.1f} % of the mass in the largest"
     return f"{value}, {largest_text}" if value > 1 else "1"
 
 
@@ -189,11 +189,11 @@ DUST = Family(
         Observable(name="largest_filling_factor", title="largest filling factor", text="{:.3f}",
                    column=None, figure="filling_factors"),
         Observable(name="compacted_mass", title="mass whose filling factor rose by at least 5 %",
-                   text="{:.1%}", column=None, figure="filling_factors"),
+                   text=_scale_text(100.0, ".1f", "%"), column=None, figure="filling_factors"),
         Observable(name="pieces", title="pieces", text=_pieces, column=None),
         quiet("largest_piece", "share of the largest piece"),
-        Observable(name="sticking_mass", title="mass that sticks to a wall", text="{:.1%}",
-                   column=("share that sticks", "{:.2f}", 1)),
+        Observable(name="sticking_mass", title="mass that sticks to a wall",
+                   text=_scale_text(100.0, ".1f", "%"), column=("share that sticks", "{:.2f}", 1)),
         Observable(name="restitution_problem", title="coefficient of restitution", unit="",
                    column=None, about="why there is no restitution"),
         Observable(name="dust_restitution", title="coefficient of restitution", text="{:.4f}",
@@ -204,9 +204,10 @@ DUST = Family(
         Observable(name="numerical_dissipation_problem", title="numerical dissipation", unit="",
                    column=None, about="why there is no share of numerical dissipation"),
         Observable(name="numerical_dissipation", title="numerical dissipation",
-                   text="{:.1%} of the energy lost", reason_row="numerical_dissipation_problem",
+                   text=_scale_text(100.0, ".1f", "% of the energy lost"),
+                   reason_row="numerical_dissipation_problem",
                    column=("numerical dissipation", "{:.1%}", 1), figure="ledger"),
-        Observable(name="time_steps", title="time steps of the method", text="{:,}", column=None),
+        Observable(name="time_steps", title="time steps (substeps)", text="{:,}", column=None),
         Observable(name="particles", title="particles", text="{:,}",
                    column=("particles", "{:,}", 1)),
     ),
