@@ -212,7 +212,7 @@ class GrainState(FieldState):
         self["touches"] = np.array([constants.touch for constants in contact_types])
 
     def take_contacts(self, contacts, d, radii):
-        """Take over pointers and twist of contacts of a sample.
+        """Put the pointers and twist of contacts of a sample.
 
         d: distance vectors of all listed pairs, (pairs, 3); radii [um]: of all grains, (N,), in the
         sample's order.
@@ -240,7 +240,7 @@ class GrainState(FieldState):
         self._put_springs(rows, brought, displacements, np.where(swapped, -1.0, 1.0))
 
     def take_wall_contacts(self, contacts, radii, geometry):
-        """Take over pointers, foot points and twist of wall contacts of a sample.
+        """Put the pointers, foot points and twist of wall contacts of a sample.
 
         radii [um]: of all grains, (N,), in the sample's order; geometry(wall, x, radius): normals
         (n, 3) and reduced radii (n,) of contacts of grains at x (n, 3) with walls (n,).
