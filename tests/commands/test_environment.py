@@ -115,7 +115,7 @@ def test_phases_of_a_run_add_up_to_its_time(tmp_path):
     assert HEAVY & set(_list_imports(f"compare {tmp_path / 'out'}")) == analysis
     rows = [line.partition(" s  ") for line in process.stderr.splitlines() if " s  " in line]
     named = [(phase.partition(":")[0], float(seconds)) for seconds, _, phase in rows]
-    names = ["imports and scene", "sample", "grains", "steps", "output", "numbers", "in all"]
+    names = ["imports and scene", "sample", "grains", "steps", "output", "numbers", "total"]
     assert [name for name, _ in named] == names
     *durations, total = (seconds for _, seconds in named)
     assert sum(durations) == pytest.approx(total, abs=0.005 * len(named))  # two decimals each
