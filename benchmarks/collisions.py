@@ -28,10 +28,11 @@ boundary: {{kind: open}}
 stop: {{time: 0.1 us}}
 numerics: {{threads: 1}}
 """
-SIZES = (16, 64, 250)  # grains of a body
+SIZES = (16, 64, 500)  # grains of a body
 QUICK = (16,)
 PROCESSES = (1, 2)
 ABREAST = (1, 10, 100)
+MOST = 20_000  # grains side by side
 LEAST = 5  # collisions that are timed
 LARGE = 0.3  # s of steps of a large collision, at least
 FRONT = (Column("grains", "grains of both"), Column("processes", "processes"))
@@ -75,7 +76,7 @@ def _measure(grains, processes, repetitions, log):
 
     The latter [s] side by side and in a large collision; the least of the repetitions.
     """
-    times = {number: [] for number in ABREAST}
+    times = {min(number, MOST // (2 * grains)): [] for number in ABREAST}
     with ExitStack() as stack:
         batches, large = (
             [stack.enter_context(Timed(TASK)) for _ in range(processes)] for _ in range(2)
@@ -85,11 +86,11 @@ def _measure(grains, processes, repetitions, log):
         def ask(timed, do, **arguments):
             return list(pool.map(lambda process: process.call(do, **arguments), timed))
 
-        ask(batches, "prepare", grains=grains, count=max(LEAST, *ABREAST))
-        for number in ABREAST:  # kernels
+        ask(batches, "prepare", grains=grains, count=max(LEAST, *times))
+        for number in times:  # kernels
             ask(batches, "make", abreast=number, count=number)
         for _ in range(repetitions):
-            for number in ABREAST:
+            for number in times:
                 answers = ask(batches, "make", abreast=number, count=max(LEAST, number))
                 steps = [answer["step"] for answer in ask(large, "advance", grains=grains * number)]
                 times[number].append(

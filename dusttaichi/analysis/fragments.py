@@ -76,23 +76,32 @@ def find_fragments(run, snapshot=-1) -> Fragments:
 
 def find_frame_fragments(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
-    label = label_fragments(frame, masses)
-    number = int(label.max(initial=-1)) + 1
-    position = frame.position
+    label, position = label_fragments(frame, masses), frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
         starts = np.unique(label, return_index=True)[1]
         position = unwrap_fragments(position, frame.pairs, starts, frame.nearest)
+    return sum_fragments(label, masses, frame.radius, (position, frame.velocity, frame.spin))
+
+
+def sum_fragments(label, masses, radius, motion):
+    """The Fragments of N grains in open space whose fragment is `label`, 0 the heaviest.
+
+    masses [kg], radius [m]: of the grains, (N,). motion: their positions [m], velocities [m/s] and
+    spins [rad/s], (N, 3) each.
+    """
+    number = int(label.max(initial=-1)) + 1
+    position, velocity_of_grains, spin_of_grains = motion
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
         return _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
 
-    centre, velocity = mean(position), mean(frame.velocity)
-    offset, relative = position - centre[label], frame.velocity - velocity[label]
-    spin = 0.4 * (masses * frame.radius**2)[:, None] * frame.spin
+    centre, velocity = mean(position), mean(velocity_of_grains)
+    offset, relative = position - centre[label], velocity_of_grains - velocity[label]
+    spin = 0.4 * (masses * radius**2)[:, None] * spin_of_grains
     angular = _sum_by_label(label, masses[:, None] * np.cross(offset, relative) + spin, number)
     square = np.bincount(label, masses * (offset**2).sum(axis=1), minlength=number) / mass
-    volume = np.bincount(label, 4.0 / 3.0 * np.pi * frame.radius**3, minlength=number)
+    volume = np.bincount(label, 4.0 / 3.0 * np.pi * radius**3, minlength=number)
     grains = np.bincount(label, minlength=number)
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
 

@@ -7,6 +7,7 @@ are in the order in which they would be alone, and loads are summed in that orde
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
 from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE, VELOCITY
@@ -27,6 +28,7 @@ class Members:
         self._kernels, self._tables, self._motion = kernels, kernel_sums.tables, motion
         self._search, self._ledger, self._state = search, ledger, motion.state
         self._environment, self.bodies = motion.environment, np.array(bodies)
+        self._columns = Columns(self._state.layout)
         self.first = np.concatenate([[0], np.cumsum(self.bodies.sum(axis=1))])
         self.forming = np.zeros((len(self), len(self._state.layout.channels)))
 
@@ -75,12 +77,33 @@ class Members:
 
     # -- measuring -------------------------------------------------------------------------------
 
+    def measure_motion(self, members: Sequence[int]) -> NDArray[np.float64]:
+        """Centres [um] and velocities [um/us] of both bodies of each of these members now.
+
+        Shape (m, 2, 2, 3): member, centre or velocity, body, axis.
+        """
+        sums = self._sum_bodies(members)
+        motion = [sums[:, :, first : first + 3] for first in (PLACE, VELOCITY)]
+        return np.stack(motion, axis=1) / sums[:, None, :, MASS, None]
+
     def measure(self, members: Sequence[int]) -> list[Measurement]:
         """The Measurement of each of these members now.
 
-        In `parts` are also contacts, loss, largest_strain, and of both bodies centre [um] and
-        velocity [um/us], (2, 3) each.
+        In `parts` are contacts, loss and largest_strain.
         """
+        if not members:
+            return []
+        if self.surrounded:
+            return [self._ledger.measure()]
+        bodies = self._sum_bodies(members)
+        contacts, lost = self._sum_contacts()
+        return [
+            self._make_measurement(member, sums, contacts[member], lost[member])
+            for member, sums in zip(members, bodies, strict=True)
+        ]
+
+    def _sum_bodies(self, members):
+        """Sums over both bodies of these members (m, 2, BODY_COLUMNS), which are due then."""
         count, particles = len(self), self._motion.bodies
         is_due = np.zeros(count, int)
         is_due[members] = 1
@@ -91,22 +114,18 @@ class Members:
             particles.unit_inertia,
         )
         self._kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
-        self._kernels.measure_members(count, *self._environment.moment)
-        bodies = self._tables["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
-        contacts, lost = (self._tables[n].to_numpy(count) for n in ("member_sum", "member_loss"))
-        return [self._make_measurement(m, bodies[m], contacts[m], lost[m]) for m in members]
+        sums = self._tables["body_sum"].to_numpy(2 * count)
+        return sums.reshape(count, 2, BODY_COLUMNS)[members]
+
+    def _sum_contacts(self):
+        """Sums over the contacts and losses of all members (M, ...), valid of those due."""
+        self._kernels.measure_members(len(self), *self._environment.moment)
+        tables = self._tables["member_sum"], self._tables["member_loss"]
+        return [table.to_numpy(len(self)) for table in tables]
 
     def _make_measurement(self, member, bodies, contacts, lost):
         """The Measurement of a member from its sums."""
-        columns = Columns(self._state.layout)
-        motion = {
-            "centre": bodies[:, PLACE : PLACE + 3] / bodies[:, MASS, None],
-            "velocity": bodies[:, VELOCITY : VELOCITY + 3] / bodies[:, MASS, None],
-        }
-        if self.surrounded:
-            total = self._ledger.measure()
-            total.parts.update(motion)
-            return total
+        columns = self._columns
         potentials = contacts[columns.potential]
         losses = lost + contacts[columns.pending] - self.forming[member]
         number, potential = int(round(contacts[columns.contacts])), float(potentials.sum())
@@ -119,8 +138,11 @@ class Members:
             lost=losses.sum(),
             kick=float(bodies[:, KICK].sum()),
             bound=self._ledger.binding_energy(number, potentials[0]),
-            parts=motion
-            | {"loss": losses, "contacts": number, "largest_strain": contacts[columns.strain]},
+            parts={
+                "loss": losses,
+                "contacts": number,
+                "largest_strain": contacts[columns.strain],
+            },
         )
 
     @property
@@ -133,9 +155,8 @@ class Members:
 
     def begin(self):
         """Begin the ledgers of all members, at step 0."""
-        pending = Columns(self._state.layout).pending
-        self.measure(range(len(self)))
-        self.forming = self._tables["member_sum"].to_numpy(len(self))[:, pending]
+        self._sum_bodies(range(len(self)))
+        self.forming = self._sum_contacts()[0][:, self._columns.pending]
 
     # -- contacts --------------------------------------------------------------------------------
 

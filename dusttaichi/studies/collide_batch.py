@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -42,14 +43,20 @@ class Batch:
     """Collisions of one `batch_key` side by side; those that are over are replaced by the next.
 
     waiting: Waiting. abreast: members at most; room: grains at most, where there are several.
-    answer, signals: see make_collisions. live: those under way. run: the GrainEngine that they are
-    in.
+    answer, signals: see make_collisions. live: those under way, by their members of `run`, the
+    GrainEngine that they are in; grains: of all these.
     """
 
     def __init__(self, waiting, answer, *, abreast, room, signals):
         self.waiting, self.abreast, self.room, self.answer = waiting, abreast, room, answer
-        self.signals, self.live = signals, []
+        self.signals, self._live, self.grains = signals, {}, 0
         self.run: Any = None
+        self._examinations: list[tuple[int, int]] = []  # a heap of the next (step, member)
+
+    @property
+    def live(self) -> list[Collision]:
+        """Those under way."""
+        return list(self._live.values())
 
     def make(self) -> None:
         """All collisions that wait and have the key of the first, until a signal comes.
@@ -58,30 +65,35 @@ class Batch:
         """
         while not self.signals:
             self._fill()
-            if not self.live:
+            if not self._live:
                 return
-            steps = min(collision.next_step for collision in self.live) - self.run.step
+            steps = self._examinations[0][0] - self.run.step
             self.run.advance(min(steps, max(LEAST, PAUSE // self.run.size)))
-            step = self.run.step
-            self._resume([collision for collision in self.live if collision.next_step == step])
+            self._resume(self._take_due())
         for collision, state in zip(self.live, self._states(), strict=True):
             self.answer(collision.label, {CHECKPOINT: collision.save(state)}, Interrupted())
 
+    def _take_due(self):
+        """Those that are to be examined now."""
+        due = []
+        while self._examinations and self._examinations[0][0] == self.run.step:
+            due.append(self._live[heapq.heappop(self._examinations)[1]])
+        return due
+
     def _states(self):
         """The State of each that is under way."""
-        if not self.live:
+        if not self._live:
             return []
         members = self.run.members
         if members.surrounded:  # a single one
             return [self.run.state()]
-        return members.states([collision.member for collision in self.live])
+        return members.states(list(self._live))
 
     def _fill(self):
         """Begin the next ones once there is space for some."""
-        grains = sum(len(collision.sample) for collision in self.live)
-        resting = 0.0 if self.run is None or not self.live else 1.0 - grains / self.run.size
+        resting = 1.0 - self.grains / self.run.size if self._live else 0.0
         entering = []
-        if not self.live or resting >= RESTING:
+        if not self._live or resting >= RESTING:
             while not self.signals and (
                 following := self.waiting.take(lambda following: self._fits(following, entering))
             ):
@@ -103,21 +115,26 @@ class Batch:
         for collision in self.live:
             collision.leave()
         states += [collision.load() for collision in entering]
-        self.live = [*self.live, *entering]
-        scene, radius = self.live[0].scene, self.live[0].scene.material.radius
-        sample = join_members([collision.sample for collision in self.live], radius)
-        self.run = make(scene, sample, step=self.live[0].time_step)
+        self._live = dict(enumerate([*self.live, *entering]))
+        first = self._live[0]
+        sample = join_members([c.sample for c in self.live], first.scene.material.radius)
+        self.run, self.grains = make(first.scene, sample, step=first.time_step), len(sample)
         members = self.run.members
         fresh = [member for member, state in enumerate(states) if state is None]
-        first_measurements = members.measure(fresh)
+        motions, measurements = members.measure_motion(fresh), members.measure(fresh)
         if len(fresh) < len(states):
             self._put({member: state for member, state in enumerate(states) if state is not None})
-        for member, collision in enumerate(self.live):
+        for member, collision in self._live.items():
             collision.enter(self.run, member)
-        beginning = [self.live[member] for member in fresh]
-        for collision, measurement in zip(beginning, first_measurements, strict=True):
-            collision.begin(measurement)
-        self._resume(beginning, first_measurements)
+        self._examinations = [
+            (self._live[member].next_step, member)
+            for member, state in enumerate(states)
+            if state is not None
+        ]
+        heapq.heapify(self._examinations)
+        for member, motion, measurement in zip(fresh, motions, measurements, strict=True):
+            self._live[member].begin(motion, measurement)
+            self._look(self._live[member], motion, measurement)
 
     def _put(self, states):
         """Continue the States of members, by their numbers."""
@@ -126,21 +143,28 @@ class Batch:
         else:
             self.run.members.put(states)
 
-    def _resume(self, collisions, measurements=None):
-        """Continue collisions that are to be examined now."""
+    def _resume(self, collisions):
+        """Measure and continue collisions that are to be examined now."""
         members = self.run.members
-        measurements = measurements or members.measure(
-            [collision.member for collision in collisions]
-        )
-        for collision, measurement in zip(collisions, measurements, strict=True):
-            try:
-                row, error = collision.resume(measurement), ()
-            except GuardStop as stop:
-                row, error = {}, (stop,)
-            if row is not None:
-                self.live.remove(collision)
-                members.rest(collision.member)
-                self.answer(collision.label, row, *error)
+        motions = members.measure_motion([collision.member for collision in collisions])
+        measured = [c.member for c in collisions if c.needs_energies]
+        measurements = dict(zip(measured, members.measure(measured), strict=True))
+        for collision, motion in zip(collisions, motions, strict=True):
+            self._look(collision, motion, measurements.get(collision.member))
+
+    def _look(self, collision, motion, measurement):
+        """Continue a collision with what was measured; one that is over is answered and rests."""
+        try:
+            row, error = collision.resume(motion, measurement), ()
+        except GuardStop as stop:
+            row, error = {}, (stop,)
+        if row is None:
+            heapq.heappush(self._examinations, (collision.next_step, collision.member))
+            return
+        del self._live[collision.member]
+        self.grains -= len(collision.sample)
+        self.run.members.rest(collision.member)
+        self.answer(collision.label, row, *error)
 
 
 def make_collisions(

@@ -6,25 +6,19 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi import method
-from dusttaichi.analysis.fragments import compute_growth_efficiency, find_frame_fragments
-from dusttaichi.analysis.frame import Frame
+from dusttaichi.analysis.fragments import compute_growth_efficiency
 from dusttaichi.analysis.outcome import classify_outcome
-from dusttaichi.grains import validity
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.grains.grain_properties import scale_materials
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Measurement, State
-from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import ledger
-from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.touching import deep_overlaps
 from dusttaichi.studies.collide_files import decode_arrays, encode_arrays
-from dusttaichi.studies.colliding_bodies import Encounter
+from dusttaichi.studies.colliding_bodies import MemberBodies
 
 LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
 SAME = 16  # looks over which the fragments must not change, for the collision to be over
@@ -40,31 +34,26 @@ PROGRESS = tuple(
 )
 
 
-class Collision(Encounter):
-    """A collision, a member of a simulation (grains.members) while it is under way.
+class Collision(MemberBodies):
+    """A collision, a member of a simulation while it is under way.
 
     label; scene, sample: Sample; phases: whether the losses of compression and of stretching are
     measured, every SHORT steps; files: whether its row has its `course`; checkpoint: what
-    `save` returned, from which it continues. time_step: its TimeStep. masses [kg], radii [m]: of
-    the grains (N,). bodies: grains of each. measurement, first: Measurement now and of the start.
+    `save` returned, from which it continues. time_step: its TimeStep. measurement, first:
+    Measurement of the last look that needed it, and of the start.
     next_examination: its step. phase_ends: energy dissipated [J] from the first touch to the ends
     of compression and of stretching, as far as they are over; lost, lost_before: from the start to
     the last look at them and to the touch. Raises DustError for speeds that its contacts are not
     for.
     """
 
-    step_key = "numerics.time_step"
     first: Measurement
     phase_ends: list[float]
     _records: list[tuple]
 
     def __init__(self, label, scene, sample, *, phases=False, files=False, checkpoint=None):
-        self.label, self.scene, self.sample, self.phases = label, scene, sample, phases
-        self.files, self.checkpoint = files, checkpoint
-        materials, count = Materials(scene), len(sample)
-        self.masses = np.broadcast_to(materials.masses(sample), count)
-        self.radii = np.broadcast_to(materials.radii_of(sample), count)
-        self.bodies = np.split(np.arange(count), [sample.info["target_grains"]])
+        super().__init__(scene, sample, sample.info["target_grains"])
+        self.label, self.phases, self.files, self.checkpoint = label, phases, files, checkpoint
         self.time_step = _chosen_step(scene, sample)
 
     @property
@@ -94,19 +83,9 @@ class Collision(Encounter):
         saved = {"step": self.step, "progress": progress, "numbers": plain(state.numbers)}
         return saved | {"arrays": encode_arrays(state.arrays)}
 
-    def enter(self, run: GrainEngine, member: int) -> None:
-        """Continue as a member of a GrainEngine, after `passed` steps."""
-        self.run, self.member, self.units = run, member, run.units
-        self._steps_before = self.passed - run.step
-        self.dt, self.channels = run.dt * run.units("s"), run.channels
-
-    def leave(self) -> None:
-        """End as a member of its GrainEngine."""
-        self.passed = self.step
-
-    def begin(self, first: Measurement) -> None:
-        """Begin at its first step; first: the Measurement."""
-        self.measurement = self.first = first
+    def begin(self, motion: NDArray[np.float64], first: Measurement) -> None:
+        """Begin at its first step; motion of its bodies, first: the Measurement."""
+        self.motion, self.measurement, self.first = motion, first, first
         self.start()
         info, dt, self.normal = self.sample.info, self.dt, np.full(3, np.nan)
         self.flight = self.touch = 0
@@ -118,75 +97,39 @@ class Collision(Encounter):
         self.next_examination = self.next_look = min(self.touch, self.end)
         self.looks = self.unchanged = 0
         self.fragment_sizes = self.lost = self.lost_before = None
-        self.phase_ends, self._records, self._positions = [], [], [self._position().tolist()]
+        self.phase_ends, self._records = [], []
+        self._positions = [self.measure_grains()[0].tolist()]
         self.facts = self._facts()
 
-    # -- as the guards see it --------------------------------------------------------------------
-
-    @property
-    def step(self):
-        """Steps since its start."""
-        return self.run.step + self._steps_before
+    # -- the course ------------------------------------------------------------------------------
 
     @property
     def next_step(self):
         """Step of its GrainEngine at which it is examined next."""
         return self.next_examination - self._steps_before
 
-    @property
-    def time(self):
-        return self.step * self.run.dt
-
-    @property
-    def suspect(self):
-        return deep_overlaps(self.sample, Materials(self.scene))
-
-    def validate(self, measurement):
-        run = self.run
-        grains = run.members.grains(self.member)
-        checked = run.motion, run.contacts, run.sphere
-        validity.validate(measurement, self, *checked, grains=grains)
-
-    # -- motion ----------------------------------------------------------------------------------
-
-    def measure_relative_motion(self):
-        """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
-        (x1, x2), (v1, v2) = self.measurement.parts["centre"], self.measurement.parts["velocity"]
-        return np.array([x1 - x2, v1 - v2]) * [[self.units("m")], [self.units("m/s")]]
-
-    def are_bound(self):
-        """True while one fragment has more than half of the mass of both."""
-        return are_in_same_fragment(self.label_grains(), self.masses, self.bodies)
-
-    def label_grains(self):
-        """Fragment of each grain (N,), 0 the heaviest."""
-        pairs = self.run.members.pairs(self.member)
-        return largest_first(label_components(pairs, len(self.masses))[1], self.masses)
-
-    def find_fragments(self):
-        """The Fragments now, with velocities half a step back."""
-        members = self.run.members
-        pairs = members.pairs(self.member).T
-        names = ("grain_i", "grain_j")
-        contacts = xr.Dataset({name: ("contact", i) for name, i in zip(names, pairs, strict=True)})
-        scales = (self.units(unit) for unit in ("m", "m/s", "rad/s"))
-        state = (a * scale for a, scale in zip(members.motion(self.member), scales, strict=True))
-        cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)
-        frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
-        return find_frame_fragments(frame, self.masses)
-
-    def _position(self):
-        """Positions of its grains [m], (n, 3)."""
-        return self.run.members.motion(self.member)[0] * self.units("m")
-
     def measure_dissipated(self):
         """Energy dissipated since the start [J]."""
         return float((self.measurement.losses - self.first.losses).sum() * self.units("J"))
 
-    # -- the course ------------------------------------------------------------------------------
+    @property
+    def needs_energies(self) -> bool:
+        """True where the look that is due now needs more than the motion of the bodies."""
+        is_first, is_last = self.lost_before is None, self.step >= self.end
+        is_checked = (self.looks + 1) % EVERY == 0
+        return self.files or self._follows_phases or is_first or is_last or is_checked
 
-    def resume(self, measurement: Measurement) -> dict[str, Any] | None:
-        """Continue with the Measurement of the step of `next_examination`: the row at the end.
+    @property
+    def _follows_phases(self):
+        """True until compression and stretching are over, where they are to be measured."""
+        return self.phases and len(self.phase_ends) < 2
+
+    def resume(
+        self, motion: NDArray[np.float64], measurement: Measurement | None = None
+    ) -> dict[str, Any] | None:
+        """Continue with the motion of the bodies at the step of `next_examination`.
+
+        measurement: the Measurement then, where `needs_energies`. The row at the end, of:
 
         outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after
         the first touch; fragments, masses: grains and shares of the total mass of all of them,
@@ -199,7 +142,9 @@ class Collision(Encounter):
         target and the projectile (within the characteristic radius); mass_ratio, grains. None
         before the end. Raises GuardStop.
         """
-        self.measurement = measurement
+        self.motion = motion
+        if measurement is not None:
+            self.measurement = measurement
         if self.files:
             self._record()
         if not self.sample.info["hit"]:
@@ -220,7 +165,7 @@ class Collision(Encounter):
         if self.lost_before is None:
             self.lost = self.lost_before = self.measure_dissipated()
         else:
-            if self.phases and len(self.phase_ends) < 2:
+            if self._follows_phases:
                 self._look_at_phases()
             if self.step == self.next_look:
                 self._look_at_fragments()
@@ -228,10 +173,9 @@ class Collision(Encounter):
             return False
         if self.step == self.next_look:
             self.next_look = min(self.step + self.flight, self.end)
-        is_short = self.phases and len(self.phase_ends) < 2
-        self.next_examination = (
-            min(self.step + SHORT, self.next_look) if is_short else self.next_look
-        )
+        self.next_examination = self.next_look
+        if self._follows_phases:
+            self.next_examination = min(self.step + SHORT, self.next_look)
         return True
 
     def _look_at_fragments(self):
@@ -276,7 +220,7 @@ class Collision(Encounter):
         series["loss"] = dict(zip(self.channels, zip(*losses, strict=True), strict=True))
         body = np.repeat([0, 1], [len(grains) for grains in self.bodies])
         grains = {"radius": self.radii, "body": body, "fragment": self.label_grains()}
-        grains["position"] = np.array([*self._positions, self._position()])
+        grains["position"] = np.array([*self._positions, self.measure_grains()[0]])
         return {"series": series, "grains": plain(grains)}
 
     def _facts(self):

@@ -1,22 +1,32 @@
 """Two bodies of a simulation of grains that meet, or one and a wall, for studies of collisions."""
 
+from __future__ import annotations
+
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dusttaichi import method
+from dusttaichi.analysis.fragments import Fragments, sum_fragments
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import are_in_same_fragment, label_components
+from dusttaichi.grains import validity
+from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
 from dusttaichi.samples import Sample
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.touching import deep_overlaps
 from dusttaichi.scene import Scene
+
+if TYPE_CHECKING:
+    from dusttaichi.grains.grain_engine import GrainEngine
 
 
 class Encounter:
     """Two bodies that meet, whose `measure_relative_motion()` is that of TwoBodies.
 
+    masses [kg], radii [m]: of the grains of the Sample of a scene, (N,). bodies: grains of both, of
+    which the first has as many as `split`; of a single one, where that is None.
     initial_velocity (3,) [m/s]: relative velocity at the start. normal (3,): direction from the
     second body, or the wall, to the first, at the smallest distance seen by `update_normal`.
     """
@@ -24,6 +34,13 @@ class Encounter:
     initial_velocity: NDArray[np.float64]
     normal: NDArray[np.float64]
     _nearest: float
+
+    def __init__(self, scene: Scene, sample: Sample, split: int | None) -> None:
+        self.scene, self.sample = scene, sample
+        materials, count = Materials(scene), len(sample)
+        self.masses = np.broadcast_to(materials.masses(sample), count)
+        self.radii = np.broadcast_to(materials.radii_of(sample), count)
+        self.bodies = np.split(np.arange(count), [] if split is None else [split])
 
     def measure_relative_motion(self) -> NDArray[np.float64]:
         """Distance [m] and velocity [m/s] of the first body from the second or the wall, (2, 3)."""
@@ -52,19 +69,14 @@ class TwoBodies(Encounter):
     """Two bodies in motion, or one and the nearest wall; SI.
 
     scene, sample: its Sample, grains of the first body first. sim: its method.Engine; dt [s]:
-    of its step. masses [kg], radii [m]: of the grains (N,). bodies: grains of each. Raises
-    DustError for one body without a wall, and as a build does.
+    of its step. Raises DustError for one body without a wall, and as a build does.
     """
 
     def __init__(self, scene: Scene, sample: Sample) -> None:
-        self.scene, self.sample = scene, sample
+        split = 1 if sample.info.get("kind") == "pair" else sample.info.get("target_grains")
+        super().__init__(scene, sample, split)
         self.sim: Any = method.find_method(scene).build(scene, sample)
         self.dt = self.sim.dt * self.sim.units("s")
-        materials, count = Materials(scene), len(sample)
-        self.masses = np.broadcast_to(materials.masses(sample), count)
-        self.radii = np.broadcast_to(materials.radii_of(sample), count)
-        split = 1 if sample.info.get("kind") == "pair" else sample.info.get("target_grains")
-        self.bodies = np.split(np.arange(count), [] if split is None else [split])
         if split is None and self.sim.domain.box is None:
             raise DustError(
                 "A collision needs two bodies; allowed: sample.kind pair or collision, or a "
@@ -106,3 +118,78 @@ class TwoBodies(Encounter):
         label = self.label_fragments()
         mean = np.bincount(label, self.masses) / np.bincount(label)
         return bool(are_in_same_fragment(label, mean[label], self.bodies))
+
+
+class MemberBodies(Encounter):
+    """Two bodies that are a member of a simulation of several (grains.members); SI.
+
+    motion: that of the bodies now (Members.measure_motion). passed: steps before it entered the
+    simulation, the GrainEngine `run`. dt [s]: of its step. step, time, suspect, validate: as the
+    guards need them.
+    """
+
+    step_key = "numerics.time_step"
+    motion: NDArray[np.float64]
+    passed: int
+
+    def enter(self, run: GrainEngine, member: int) -> None:
+        """Continue as a member of a GrainEngine, after `passed` steps."""
+        self.run, self.member, self.units = run, member, run.units
+        self._steps_before = self.passed - run.step
+        self.dt, self.channels = run.dt * run.units("s"), run.channels
+        self._labels: tuple[int, NDArray[np.intp]] | None = None
+
+    def leave(self) -> None:
+        """End as a member of its GrainEngine."""
+        self.passed = self.step
+
+    @property
+    def step(self) -> int:
+        """Steps since its start."""
+        return self.run.step + self._steps_before
+
+    @property
+    def time(self) -> float:
+        """Time since its start [us]."""
+        return self.step * self.run.dt
+
+    @property
+    def suspect(self) -> str:
+        """Sentence on contacts of the sample that push its grains apart, or ""."""
+        return deep_overlaps(self.sample, Materials(self.scene))
+
+    def validate(self, measurement: method.Measurement) -> None:
+        """Raise GuardStop if its Measurement cannot be trusted."""
+        run = self.run
+        grains = run.members.grains(self.member)
+        validity.validate(measurement, self, run.motion, run.contacts, run.sphere, grains=grains)
+
+    def measure_relative_motion(self) -> NDArray[np.float64]:
+        """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
+        (x1, x2), (v1, v2) = self.motion
+        motion = np.array([x1 - x2, v1 - v2]) * [[self.units("m")], [self.units("m/s")]]
+        return np.asarray(motion)
+
+    def label_grains(self) -> NDArray[np.intp]:
+        """Fragment of each grain (N,), 0 the heaviest."""
+        if self._labels is None or self._labels[0] != self.step:
+            pairs = self.run.members.pairs(self.member)
+            label = label_components(pairs, len(self.masses))[1]
+            self._labels = self.step, largest_first(label, self.masses)
+        return self._labels[1]
+
+    def are_bound(self) -> bool:
+        """True while one fragment has more than half of the mass of both."""
+        return bool(are_in_same_fragment(self.label_grains(), self.masses, self.bodies))
+
+    def measure_grains(self) -> NDArray[np.float64]:
+        """Positions [m], velocities [m/s], spins [rad/s] of the grains, (3, N, 3).
+
+        The latter two half a step back.
+        """
+        scales = np.array([self.units(unit) for unit in ("m", "m/s", "rad/s")])
+        return np.asarray(self.run.members.motion(self.member) * scales[:, None, None])
+
+    def find_fragments(self) -> Fragments:
+        """The Fragments now."""
+        return sum_fragments(self.label_grains(), self.masses, self.radii, self.measure_grains())
