@@ -55,7 +55,7 @@ class Batch:
 
     @property
     def live(self) -> list[Collision]:
-        """Those under way."""
+        """Collisions under way."""
         return list(self._live.values())
 
     def make(self) -> None:
@@ -74,7 +74,7 @@ class Batch:
             self.answer(collision.label, {CHECKPOINT: collision.save(state)}, Interrupted())
 
     def _take_due(self):
-        """Those that are to be examined now."""
+        """Remove those that are to be examined now from the heap, and return them."""
         due = []
         while self._examinations and self._examinations[0][0] == self.run.step:
             due.append(self._live[heapq.heappop(self._examinations)[1]])
