@@ -2,13 +2,16 @@
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.compiled import Compiled
+from dusttaichi.compute.compiled import STRUCTURES, Compiled
 from dusttaichi.compute.device_blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import advance_by
+from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.contact_table import surface_of
+from dusttaichi.grains.grain_ledger import ContactNumbers
 from dusttaichi.grains.kernels import grain_cells
 from dusttaichi.grains.kernels.cell_kinematics import make_wrap
+from dusttaichi.grains.kernels.contact_numbers import internal_numbers
 from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.device import ContactThreads, by_threads
@@ -19,6 +22,30 @@ from dusttaichi.grains.kernels.members import make_measure_members, place_member
 from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants
 from dusttaichi.grains.step import Phases, make_evaluate, steps_of
+
+
+def choose_numbers(table, model):
+    """Internal numbers of a contact of two grains, with a wall, with the sphere (None without).
+
+    And with each surface. Each is the contact of a ContactTable with the longest reach; also the
+    rows of interfaces (None of equal grains).
+    """
+    pair, wall = (internal_numbers(c, model) for c in (table.farthest_pair, table.farthest_wall))
+    sphere = table.farthest_sphere
+    on_sphere = None if sphere is None else internal_numbers(sphere, model)
+    curved = tuple(internal_numbers(c, model) for c in table.farthest_on_surfaces)
+    rows = None if table.properties is None else interfaces(table.scene, model)
+    return ContactNumbers(pair, wall, on_sphere, curved), rows
+
+
+def choose_kernels(scene, layout, running):
+    """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
+    execution, grains, threads = running
+    walls, room = scene.has_walls, capacity_for(grains)
+    materials = len(scene.all_materials)
+    started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
+    key = (*started, room, layout, walls, materials, execution)
+    return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
 
 
 def compiled_for(key, scene, layout, room):

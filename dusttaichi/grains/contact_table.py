@@ -78,9 +78,12 @@ class ContactTable:
         return glue_wall(self._make_bare_wall(grain), self.scene.boundary)
 
     def _make_bare_wall(self, grain):
-        (number, radius), scene = grain, self.scene
-        material = scene.all_materials[number]
-        return constants.wall_constants(material, scene.interaction, radius, scene.material)
+        return constants.wall_constants(
+            self.scene.all_materials[grain[0]],
+            self.scene.interaction,
+            grain[1],
+            self.scene.material,
+        )
 
     def _make_surface(self, grain, *curvatures):
         R = reduced_radius(grain[1], [k / LENGTH for k in curvatures])
@@ -113,6 +116,11 @@ class ContactTable:
         """The smallest and the largest grain of each material."""
         return [(number, r) for number, *radii in self.size_ranges for r in sorted(set(radii))]
 
+    @cached_property
+    def largest_grains(self):
+        """The largest grain of each material."""
+        return [(number, radius) for number, _, radius in self.size_ranges]
+
     @property
     def extreme_pairs(self):
         """ContactConstants of every two of the extreme grains."""
@@ -121,8 +129,9 @@ class ContactTable:
     @property
     def extreme_walls(self):
         """ContactConstants of the extreme grains and a wall, or a surface."""
-        flat = [self.wall(grain) for grain in self.extreme_grains]
-        return flat + [self.surface(g, n) for g in self.extreme_grains for n in self._surfaces]
+        return [self.wall(grain) for grain in self.extreme_grains] + [
+            self.surface(grain, n) for grain in self.extreme_grains for n in self._surfaces
+        ]
 
     @property
     def _surfaces(self):
@@ -131,35 +140,33 @@ class ContactTable:
     @cached_property
     def farthest_on_surfaces(self):
         """ContactConstants of the grain with the longest reach on each surface."""
-        largest = [(number, radius) for number, _, radius in self.size_ranges]
         return [
-            max((self.surface(grain, n) for grain in largest), key=lambda c: c.delta0)
+            max((self.surface(grain, n) for grain in self.largest_grains), key=lambda c: c.delta0)
             for n in self._surfaces
         ]
 
     @property
     def extreme_spheres(self):
-        """ContactConstants of the extreme grains and the sphere."""
-        return [self.sphere(grain) for grain in self.extreme_grains]
+        """ContactConstants of the extreme grains and the sphere; none without one."""
+        return [
+            self.sphere(grain) for grain in self.extreme_grains if self.scene.sphere is not None
+        ]
 
     @cached_property
     def farthest_pair(self):
         """ContactConstants of the two grains with the longest reach."""
-        largest = [(number, radius) for number, _, radius in self.size_ranges]
-        return max((self.pair(a, b) for a in largest for b in largest), key=lambda c: c.delta0)
+        pairs = (self.pair(a, b) for a in self.largest_grains for b in self.largest_grains)
+        return max(pairs, key=lambda c: c.delta0)
 
     @cached_property
     def farthest_wall(self):
         """ContactConstants of the grain and a wall with the longest reach."""
-        largest = [(number, radius) for number, _, radius in self.size_ranges]
-        return max((self.wall(grain) for grain in largest), key=lambda c: c.delta0)
+        return max(map(self.wall, self.largest_grains), key=lambda c: c.delta0)
 
     @cached_property
     def farthest_sphere(self):
         """ContactConstants of a grain and the sphere with the longest reach; None without one."""
-        if self.scene.sphere is None:
-            return None
-        return max(self.extreme_spheres, key=lambda c: c.delta0)
+        return max(self.extreme_spheres, key=lambda c: c.delta0, default=None)
 
     # -- all grains ------------------------------------------------------------------------------
 

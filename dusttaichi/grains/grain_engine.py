@@ -78,7 +78,10 @@ class GrainEngine(EngineOfParts):
         self.environment = GrainEnvironment(self.grain_state, prepared.domain)
         self.push = prepared.push
         common = self.grain_state, self.bodies, self.environment
-        self.outside = self._make_outside(prepared.forces, sum_tables)
+        self.outside = None
+        if prepared.forces is not None:
+            parts = dict(zip(("state", "bodies", "environment"), common, strict=True))
+            self.outside = ActingForces(prepared.forces, self.kernels, sum_tables, **parts)
         self.motion = Motion(*common, self.push, self.outside)
         self.contacts = Contacts(*common)
         self.kernel_sums = KernelSums(self.kernels, sum_tables, *common)
@@ -102,17 +105,18 @@ class GrainEngine(EngineOfParts):
             sphere=self.sphere,
             threads=prepared.threads,
         )
-        self.members = self._make_members(bodies_of_members)
+        self.members = None
+        if bodies_of_members is not None:
+            parts = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
+            self.members = Members(*parts, bodies=bodies_of_members)
         self.stepper.move(scene.stage_plans[0].drive)
-        ratio = self.sample_info.get("stiffness_scaling", 1.0)
-        ratio /= prepared.scene.numerics.stiffness_scaling
         start(
             *(prepared.sample, self.motion, self.contacts, self.search, self.stepper),
             ledger=self.ledger,
             sphere=self.sphere,
             members=self.members,
             numbers=numbers,
-            stiffness_ratio=ratio,
+            stiffness_ratio=prepared.stiffness_ratio,
         )
 
         self.workers = WorkerChoice(self.stepper, fixed=scene.numerics.threads != "auto")
@@ -120,24 +124,6 @@ class GrainEngine(EngineOfParts):
         self.recorder = self._make_recorder()
         self.size, self.channels = self.bodies.count, self.layout.channels
         self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
-
-    def _make_outside(self, forces, tables):
-        """ActingForces of OutsideForces; None without."""
-        if forces is None:
-            return None
-        arguments = {
-            "state": self.grain_state,
-            "bodies": self.bodies,
-            "environment": self.environment,
-        }
-        return ActingForces(forces, self.kernels, tables, **arguments)
-
-    def _make_members(self, bodies):
-        """Members with these numbers of grains in both bodies of each, (M, 2); None without."""
-        if bodies is None:
-            return None
-        arguments = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
-        return Members(*arguments, bodies=bodies)
 
     def _make_recorder(self):
         scene, radius = self.scene, self.bodies.radius

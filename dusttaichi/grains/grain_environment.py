@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from dusttaichi.domain.environment import Environment
-from dusttaichi.grains.step import walls_argument
+from dusttaichi.grains.wall_geometry import walls_argument
 
 
 class GrainEnvironment(Environment):

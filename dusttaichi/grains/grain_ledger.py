@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dusttaichi.grains.kernels.measure import ANGULAR, FASTEST, FASTEST_SPIN, KICK, LINEAR
-from dusttaichi.grains.kernels.store import FIRST_SPHERE
 from dusttaichi.grains.ledger_sums import LedgerSums
 from dusttaichi.method import Measurement
 
@@ -61,12 +60,12 @@ class Ledger:
     def measure_energies(self):
         """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
         kernel_sums, columns = self._kernel_sums, self._kernel_sums.columns
-        kernel_sums.measure()
-        grains, pairs = kernel_sums.read_grains(), kernel_sums.read_pairs()
-        out = {
+        out = self._measure_sphere()  # whose load is summed before the others are read
+        grains, contact_sums = kernel_sums.measure()
+        out |= {
             "kinetic_translation": grains[:, LINEAR].sum(),
             "kinetic_rotation": grains[:, ANGULAR].sum(),
-            "kinetic_kick": grains[:, KICK].sum(),
+            "kinetic_kick": grains[:, KICK].sum() + out["sphere_kick"],
             "largest_speed": grains[:, FASTEST].max(),
             "largest_spin": grains[:, FASTEST_SPIN].max(),
             "wall_work": 0.0,
@@ -78,27 +77,22 @@ class Ledger:
         if self._environment.cell is not None:
             moved = self._motion.kinetic_energy_of_images()
             out["kinetic_translation"] += moved
-            out["face_work"] = self._face_work(pairs[:, columns.faces].sum(), moved)
-        out |= self._measure_sphere()
-        out["kinetic_kick"] += out["sphere_kick"]
-        walls = kernel_sums.measure_walls()
+            out["face_work"] = self._face_work(contact_sums[0][:, columns.faces].sum(), moved)
         if self._environment.box is not None:
             loads = kernel_sums.read_loads()
             out["wall_work"] = self.wall_work(loads.wall_force(), loads.impulses())
             out["wall_work"] += self._surface_work(loads)
-        on_sphere = kernel_sums.read_sphere()
-        contact_sums = (
-            ("", "", pairs),
-            ("wall_", "_wall", walls),
-            ("sphere_", "_sphere", on_sphere),
-        )
-        for number, (prefix, suffix, sums) in enumerate(contact_sums):
+        losses = kernel_sums.sum_losses(contact_sums)
+        for n, (prefix, suffix) in enumerate(
+            (("", ""), ("wall_", "_wall"), ("sphere_", "_sphere"))
+        ):
+            sums = contact_sums[n]
             out[f"{prefix}contacts"] = int(round(sums[:, columns.contacts].sum()))
             out[f"potential{suffix}"] = sums[:, columns.potential].sum(axis=0)
-            out[f"loss{suffix}"] = self._losses(number, sums[:, columns.pending])
+            out[f"loss{suffix}"] = losses[n] - np.array(self.sums.pending[n])
         if self._motion.outside is not None:
             self._add_outside(out)
-        tiles = np.concatenate([pairs, walls, on_sphere])
+        tiles = np.concatenate(contact_sums)
         out["largest_overlap"] = tiles[:, columns.deepest].max(initial=0.0)
         out["largest_strain"] = tiles[:, columns.strain].max(initial=0.0)
         return out
@@ -116,23 +110,6 @@ class Ledger:
     def _kicks_of_sphere(self):
         """Its `contact_kicks`, in a tuple of arguments; none without it."""
         return () if self._sphere is None else (self._sphere.contact_kicks(),)
-
-    def _losses(self, contact_kind, pending):
-        """Losses by channel up to now in contacts of a kind: 0 pairs, 1 walls, 2 the sphere.
-
-        pending: those of this step that belong to the time before it, (tiles, channels).
-        """
-        state, sphere, layout = self._state, self._sphere, self._state.layout
-        if contact_kind == 1:
-            table = state["wall_loss"] if self._environment.box else None
-        else:
-            table = state["loss"]
-        if table is None or (contact_kind == 2 and sphere is None):
-            return np.zeros(len(layout.channels))
-        if contact_kind != 1 and sphere is not None:
-            first = int(state["counts"][FIRST_SPHERE]) // layout.tile
-            table = table[first:] if contact_kind == 2 else table[:first]
-        return table.sum(axis=0) + pending.sum(axis=0) - np.array(self.sums.pending[contact_kind])
 
     def _binding_energy(self, m):
         """Binding energy of the current contacts [fJ]: at rest (JKR), or current if they differ."""
@@ -171,13 +148,6 @@ class Ledger:
         # as in wall_work
         ends = self.sums.surface_power - self._kernel_sums.surface_power()
         return float(loads.surface_impulses()[:, 4].sum() + 0.5 * self._environment.dt * ends)
-
-    def face_power(self):
-        """Power of the moving faces now [fJ/us]."""
-        cell = self._environment.cell
-        if cell is None:
-            return 0.0
-        return cell.power(self._kernel_sums.read_loads().across_faces(), self._environment.time)
 
     def _face_work(self, power, moved):
         """Work of the faces since the start [fJ].
@@ -218,16 +188,16 @@ class Ledger:
         sums, outside = self.sums, self._motion.outside
         if outside is not None:
             self.outside_at_start = outside.sum_energies(*self._kicks_of_sphere())
-        loads = self._kernel_sums.read_loads()
-        sums.wall_force = loads.wall_force()
-        sums.surface_power = self._kernel_sums.surface_power()
         if self._sphere is not None:
             sums.sphere_force = self._sphere.load()[0]
-        sums.pending = [[0.0] * len(self._state.layout.channels)] * 3
-        start = self.measure_energies()
-        names = ("loss", "loss_wall", "loss_sphere")
-        sums.pending = [start[name].tolist() for name in names]
-        sums.face_power = self.face_power()
+        kernel_sums, domain = self._kernel_sums, self._environment.domain
+        _, contact_sums = kernel_sums.measure()
+        sums.pending = [loss.tolist() for loss in kernel_sums.sum_losses(contact_sums)]
+        loads = kernel_sums.read_loads()
+        if domain.cell is not None:
+            sums.face_power = domain.cell.power(loads.across_faces(), self._environment.time)
+        sums.surface_power = kernel_sums.surface_power()
+        sums.wall_force = loads.wall_force()
 
     def close_sphere(self):
         """Add the work of the sphere to the sums before its drive changes."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.measure import Columns
-from dusttaichi.grains.kernels.store import ON_SPHERE, PLANES
+from dusttaichi.grains.kernels.store import FIRST_SPHERE, ON_SPHERE, PLANES
 from dusttaichi.grains.load_sums import DeviceLoadSums, LoadSums
 
 
@@ -21,33 +21,45 @@ class KernelSums:
         self.columns = Columns(state.layout)
 
     def measure(self):
-        """Compute the sums over grains and over contacts between them."""
-        half, bodies, step = 0.5 * self._environment.dt, self._bodies, self._environment.step
+        """Sums over chunks of grains, (chunks, 5), and over tiles of contacts: see kernels.measure.
+
+        The latter (tiles, columns) in a list: of pairs, walls and the sphere, whose sums
+        `sphere_load` has computed; none where the scene has none.
+        """
+        half, bodies, state = 0.5 * self._environment.dt, self._bodies, self._state
         mass, inertia = bodies.unit_mass, bodies.unit_inertia
+        step = self._environment.step
         self._kernels.measure_grains(mass, inertia, half / mass, half / inertia, step)
         self._kernels.measure_pairs(*self._environment.moment)
-
-    def read_grains(self):
-        """Sums over chunks of grains of the last `measure`, (chunks, 5): see kernels.measure."""
         # further rows may be those of a larger scene that used the kernels before
-        return self.tables["grain_sum"].to_numpy(-(-self._bodies.count // CHUNK))
+        grains = self.tables["grain_sum"].to_numpy(-(-bodies.count // CHUNK))
+        contact_sums = [self._read("pair_sum", state.pair_count)]
+        contact_sums += [np.zeros((0, self.columns.count))] * 2
+        if self._environment.box is not None:
+            self._kernels.measure_walls(*self._environment.moment)
+            contact_sums[1] = self._read("wall_sum", state.wall_blocks * state.layout.width)
+        if state.layout.sphere:
+            contact_sums[2] = self._read("sphere_sum", int(state["counts"][ON_SPHERE]))
+        return grains, contact_sums
 
-    def read_pairs(self):
-        """Sums over tiles of contacts between grains of the last `measure`, (tiles, columns)."""
-        return self._read("pair_sum", self._state.pair_count)
+    def sum_losses(self, contact_sums):
+        """Losses by channel up to now in contacts of pairs, with walls, with the sphere, in a list.
 
-    def measure_walls(self):
-        """Sums over tiles of contacts with walls; (0, columns) without walls."""
-        if self._environment.box is None:
-            return np.zeros((0, self.columns.count))
-        self._kernels.measure_walls(*self._environment.moment)
-        return self._read("wall_sum", self._state.wall_blocks * self._state.layout.width)
-
-    def read_sphere(self):
-        """Sums over tiles of contacts with the sphere, which `sphere_load` has computed."""
-        if not self._state.layout.sphere:
-            return np.zeros((0, self.columns.count))
-        return self._read("sphere_sum", int(self._state["counts"][ON_SPHERE]))
+        contact_sums: of `measure`; losses of this step are in it that belong to the time before.
+        """
+        state, layout = self._state, self._state.layout
+        tables = [state["loss"], None, None]
+        if self._environment.box is not None:
+            tables[1] = state["wall_loss"]
+        if layout.sphere:
+            first = int(state["counts"][FIRST_SPHERE]) // layout.tile
+            tables[0], tables[2] = tables[0][:first], tables[0][first:]
+        return [
+            np.zeros(len(layout.channels))
+            if table is None
+            else table.sum(axis=0) + sums[:, self.columns.pending].sum(axis=0)
+            for table, sums in zip(tables, contact_sums, strict=True)
+        ]
 
     def _read(self, name, contacts):
         """Sums over the tiles of that many contacts."""

@@ -52,7 +52,7 @@ class Motion:
             linear, angular = self.outside.accelerations(present)
             loads[0] += self.bodies.mass * linear[:count]
             loads[1] += self.bodies.inertia * angular[:count]
-        return self.push.add_to(loads, self.environment.step)
+        return self.push.add_to(loads, self.environment.step) if self.push.works else loads
 
     def half_kicks(self, present=False):
         """Changes of velocity and of spin in half a step by the current loads, (N, 3) each.

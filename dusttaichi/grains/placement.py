@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from dusttaichi import units
+from dusttaichi import samples, units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import DustError
@@ -12,9 +12,10 @@ from dusttaichi.physics.geometry import AXES, WALLS, pairs_within
 from dusttaichi.physics.near import are_apart
 
 
-def place_environment(table, sample):
+def place_environment(table, sample, overlaps):
     """(Box or None, Cell or None) around the sample of the scene of a ContactTable, at rest.
 
+    overlaps: of each grain in equilibrium with a wall, (N,) or one number of equal grains.
     With `size: fit` the outermost grains are in equilibrium contact with their wall, or with each
     other across the faces. A sample may have a `period` (3,), and from the run that it is of,
     `room` (6,): positions of walls and faces, NaN where there is none, and the `tilt`: shift of the
@@ -23,12 +24,11 @@ def place_environment(table, sample):
     scene, positions = table.scene, sample.positions / units.LENGTH
     boundary, equal = scene.boundary, table.properties is None
     radius = (scene.material.radius if equal else table.properties.radius) / units.LENGTH
-    overlap = table.wall_overlaps() / units.LENGTH
     contact = 2.0 * radius - table.farthest_pair.rest_overlap / units.LENGTH
     axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
     periodic = np.isin(np.arange(3), axes)
     low, high = positions.min(axis=0), positions.max(axis=0)
-    reach = np.reshape(radius - overlap, (-1, 1))
+    reach = np.reshape(radius - overlaps, (-1, 1))
     room_low, room_high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
     size = room_high - room_low
     if axes:
@@ -59,6 +59,24 @@ def place_environment(table, sample):
     if not tilt:  # a sheared cell is reused unchanged
         _check_images(positions, cell, radius)
     return box, cell
+
+
+def describe_images(scene, sample, cell):
+    """The Sample with the measures that it has in a domain.Cell, None without one.
+
+    scene: `scale_materials`. A sample that has been described in this cell is returned as it is.
+    """
+    if cell is None:
+        return sample
+    periodic = np.isin(np.arange(3), cell.axes)
+    period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
+    scene_cell = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
+    materials = samples.Materials(scene)
+    sample_cell = samples.find_cell(sample.info, materials)
+    same = np.allclose(sample_cell.period, period) and np.isclose(sample_cell.tilt, scene_cell.tilt)
+    if same and "network" in sample.info:
+        return sample
+    return samples.describe_in_cell(sample, materials.radii_of(sample), scene_cell)
 
 
 def is_tilted(scene, sample):

@@ -22,6 +22,25 @@ class Contacts:
     def grain_count(self):
         return self._bodies.count
 
+    def restore(self, sample, stiffness_ratio):
+        """Put histories of contacts that a Sample has into fields; a search has listed their pairs.
+
+        stiffness_ratio: of the sample's contacts over those of the scene.
+        """
+        state, radii = self._state, self._bodies.grain_radii
+        if sample.contacts is not None:
+            i, j = state.pairs()
+            state.take_contacts(sample.contacts, self.distances(np.arange(len(i)), i, j), radii)
+        if sample.wall_contacts is not None:
+            domain = self._environment.domain
+
+            def geometry(wall, x, radius):
+                return normals_at(domain, wall, x, 0.0), reduced_radii_at(domain, wall, radius)
+
+            state.take_wall_contacts(sample.wall_contacts, radii, geometry)
+        if stiffness_ratio != 1.0:
+            state.stiffen(stiffness_ratio)
+
     # -- between grains --------------------------------------------------------------------------
 
     def measure_pairs(self, names=PARTS):

@@ -12,7 +12,6 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.domain.clock import NEVER
-from dusttaichi.grains.order import rank_of
 from dusttaichi.physics.geometry import rigid_rotation
 from dusttaichi.results.plain import from_plain, plain
 
@@ -182,14 +181,14 @@ def forces_and_speeds(entries, groups, dt, first=0):
     return forces, speeds
 
 
-def make_push(entries, info, order, dt, stage_kinds=()):
-    """Push for the `push` block of a scene, a sample's info (samples.apply_pushes), order, dt [us].
+def make_push(entries, info, rank, dt, stage_kinds=()):
+    """Push for the `push` block of a scene, a sample's info (samples.apply_pushes), dt [us].
 
-    kinds: of the pushes of stages.
+    rank: internal number of each grain. stage_kinds: of the pushes of stages.
     """
-    rank, sample_pushes = rank_of(order), info.get("push", ()) if entries else ()
+    sample_pushes = info.get("push", ()) if entries else ()
     groups = [rank[np.array(group["grains"])] for group in sample_pushes]
-    return Push(len(order), *forces_and_speeds(entries, groups, dt), stage_kinds=stage_kinds)
+    return Push(len(rank), *forces_and_speeds(entries, groups, dt), stage_kinds=stage_kinds)
 
 
 def begin_pushes(entries, motion):

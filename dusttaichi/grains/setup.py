@@ -46,3 +46,9 @@ class Prepared:
     def polydisperse(self):
         """GrainProperties of grains that differ, None of equal ones."""
         return None if self.properties.material is None else self.properties
+
+    @property
+    def stiffness_ratio(self):
+        """Stiffness of the contacts that the sample brings along over that of the scene's."""
+        scaling = self.scene.numerics.stiffness_scaling
+        return self.sample.info.get("stiffness_scaling", 1.0) / scaling

@@ -3,7 +3,6 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.wall_geometry import normals_at, reduced_radii_at
 
 
 def start(
@@ -17,16 +16,17 @@ def start(
     """
     state, push = motion.state, motion.push
     place_grains(sample, motion)
-    push.place(state.fields)
+    state.put_numbers(*numbers)
+    if push.works:
+        push.place(state.fields)
     if sphere is not None:
         sphere.place()
     if motion.outside is not None:
         motion.outside.place(sphere)
     if members is not None:
         members.place(sample.positions[state.order] / units.LENGTH)
-    state.put_numbers(*numbers)
     search.update(0)
-    restore_contacts(sample, motion, contacts, stiffness_ratio)
+    contacts.restore(sample, stiffness_ratio)
     stepper.load_contacts()
     state.clear_sums()
     if push.works:
@@ -51,20 +51,3 @@ def place_grains(sample, motion):
         state["material"] = bodies.properties.material[order]
         state["radius"] = bodies.radii[order]
         state["mass"], state["inertia"] = bodies.mass[:, 0], bodies.inertia[:, 0]
-
-
-def restore_contacts(sample, motion, contacts, stiffness_ratio):
-    """Put histories of contacts that a Sample has into fields; a search has listed their pairs."""
-    state, radii = motion.state, motion.bodies.grain_radii
-    if sample.contacts is not None:
-        i, j = state.pairs()
-        distances = contacts.distances(np.arange(len(i)), i, j)
-        state.take_contacts(sample.contacts, distances, radii)
-    if sample.wall_contacts is not None:
-        domain = motion.environment.domain
-
-        def geometry(wall, x, radius):
-            return normals_at(domain, wall, x, 0.0), reduced_radii_at(domain, wall, radius)
-
-        state.take_wall_contacts(sample.wall_contacts, radii, geometry)
-    state.stiffen(stiffness_ratio)

@@ -267,8 +267,6 @@ class GrainState(FieldState):
 
         ratio: previous over current stiffness, in moduli, to whose power 2/3 springs go.
         """
-        if ratio == 1.0:
-            return
         first, width = self.layout.rows["zeta"]
         for blocks in self.used_blocks():
             history = self.rows("history", blocks)

@@ -7,8 +7,6 @@ n + 1 where grains touch. Positions, velocities, spins, rolling, sliding and twi
 are all second order in dt (S12 sect. 4).
 """
 
-from functools import lru_cache
-
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
@@ -43,27 +41,6 @@ StepNumbers = ti.types.struct(
     reach2=ti.f64,  # square of the distance that a grain may move before a search
     wall_due=ti.i64,  # step at which a wall has moved as far
 )
-
-
-@lru_cache(maxsize=4)
-def walls_argument(box):
-    """The walls of a Box, or of None, as kernels take them."""
-    if box is None:
-        return Walls()
-    return Walls(
-        normal=box.normal.tolist(),
-        offset=box.offset.tolist(),
-        speed=box.speed.tolist(),
-        strength=box.strength.tolist(),
-        along=box.along[:, 0].tolist(),
-    )
-
-
-@lru_cache(maxsize=1)
-def step_numbers(dt, masses, wall_due, reach2):
-    """The numbers of a step as kernels take them; masses: units of mass and moment of inertia."""
-    mass, inertia = masses
-    return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)
 
 
 @ti.data_oriented

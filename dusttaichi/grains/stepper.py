@@ -1,5 +1,7 @@
 """Steps of the grains: calls of the kernel, searches, changes of drive and pushes between them."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from dusttaichi.compute.loops import DONE
@@ -7,7 +9,7 @@ from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.pushes import begin_pushes
-from dusttaichi.grains.step import step_numbers
+from dusttaichi.grains.step import StepNumbers
 
 
 class Stepper:
@@ -138,3 +140,10 @@ class Stepper:
         out = np.empty((2, self._bodies.count, 3))
         out[:, state.order] = loads
         return out[0], out[1]
+
+
+@lru_cache(maxsize=1)
+def step_numbers(dt, masses, wall_due, reach2):
+    """The numbers of a step as kernels take them; masses: units of mass and moment of inertia."""
+    mass, inertia = masses
+    return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)

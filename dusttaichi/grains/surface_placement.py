@@ -30,10 +30,11 @@ def choose_surfaces(scene):
     return SurfaceModel((*tube, *(find_law(block) for block in scene.surfaces)))
 
 
-def place_surfaces(table, positions, radii):
+def place_surfaces(table, positions, radii, overlaps):
     """Surfaces of the scene of a ContactTable around grains at the start; None without any.
 
-    The table gets their curvatures. positions (N, 3); radii: of the grains, one number or (N,).
+    The table gets their curvatures. positions (N, 3); radii, overlaps in equilibrium with a flat
+    wall: of the grains, one number or (N,) each.
     Raises DustError where the grains do not fit.
     """
     scene, model = table.scene, choose_surfaces(table.scene)
@@ -42,8 +43,7 @@ def place_surfaces(table, positions, radii):
     rows, names = np.zeros((len(model), model.row_length)), []
     if tube := scene.boundary.kind == "tube":
         names.append("tube")
-        overlap = table.wall_overlaps() / units.LENGTH
-        _put_tube(scene.boundary, model, rows[0], positions, (radii, overlap))
+        _put_tube(scene.boundary, model, rows[0], positions, (radii, overlaps))
     for n, block in enumerate(scene.surfaces, start=len(names)):
         names.append(f"surfaces[{n - tube}] ({block.kind})")
         _put_numbers(model, n, rows[n], find_law(block).numbers(block))

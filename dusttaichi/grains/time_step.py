@@ -63,11 +63,11 @@ def time_step(table, grains, motion=None):
     Raises DustError when the requested step cannot be stable.
     """
     numerics = table.scene.numerics
+    resolved = inf if motion is None else step_of_motion(table, motion)
     period, rate = stiffest_of(table, grains)
     limit = stability.largest_stable_step(period, rate)
-    outside = timescale_of_forces(table)
+    outside = shortest_timescale(table)
     period, limit = min(period, outside), min(limit, outside / pi)
-    resolved = inf if motion is None else step_of_motion(table, motion)
     if numerics.time_step == "auto":
         if not np.isfinite(period):
             raise DustError(
@@ -109,23 +109,13 @@ def stiffest_of(table, grains):
     return min(period for period, _ in periods), max(rate for _, rate in periods)
 
 
-def timescale_of_forces(table):
-    """Shortest time [s] in which a force from outside changes a motion; infinite without one."""
-    ends = [
-        (radius, constants.sphere_mass(radius, table.scene.all_materials[number].density))
-        for number, radius in table.extreme_grains
-    ]
-    return shortest_timescale(table.scene, *np.array(ends).T)
-
-
 def step_of_motion(table, motion):
     """Longest step [s] that resolves impacts and spins; see physics.encounter."""
     alone = motion.alone
     steps = [encounter.step(c, motion.grains, alone) for c in table.extreme_pairs]
     if table.scene.has_walls:
         steps += [encounter.step(c, motion.walls, alone) for c in table.extreme_walls]
-    if table.scene.sphere is not None:
-        steps += [encounter.step(c, motion.sphere, alone) for c in table.extreme_spheres]
+    steps += [encounter.step(c, motion.sphere, alone) for c in table.extreme_spheres]
     return min(*steps, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
 
 

@@ -15,7 +15,7 @@ from dusttaichi import analysis
 from dusttaichi.compute.compiled import Structures
 from dusttaichi.compute.engine import ti
 from dusttaichi.errors import DustError
-from dusttaichi.grains import build
+from dusttaichi.grains import build, compiled_grains
 from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.grains.kernels.contact_numbers import numbers_type
 from dusttaichi.running import execute
@@ -74,7 +74,9 @@ def passed(tmp_path_factory):
                 codes.add(getattr(getattr(frame.f_locals.get("self"), "func", None), "__code__", 0))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "STRUCTURES", Structures())  # nothing serves again uncalled
+        structures = Structures()  # nothing serves again uncalled
+        for module in (build, compiled_grains):
+            patch.setattr(module, "STRUCTURES", structures)
         numbers_type.cache_clear()
         for run in (threading.setprofile, sys.setprofile):
             run(note)

@@ -28,7 +28,8 @@ def domain(boundary, cells="4, 5, 3"):
     """The domain of that room at the start of its drive, and its scene."""
     text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
     scene = from_yaml(text)
-    room = place_environment(ContactTable(scene), samples.make(scene))
+    table = ContactTable(scene)
+    room = place_environment(table, samples.make(scene), table.wall_overlaps() / GRAINS("m"))
     driven_domain = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(get_drive(scene.boundary), 0)
     return driven_domain, scene
 

@@ -12,10 +12,10 @@ from scenes import box, make_scene
 
 from dusttaichi.compute.backend import loops_of, start_taichi
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.grains.build import choose_layout
 from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.layout_choice import choose_layout
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.step import Phases
 from dusttaichi.physics.contact.effect_registry import chosen_model

@@ -9,7 +9,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains import build
+from dusttaichi.grains import build, compiled_grains, layout_choice
 from dusttaichi.grains.kernels import store
 
 SPACING = 2.0 * RADIUS - 1e-10
@@ -64,7 +64,7 @@ def states():
     the smaller capacity for wall contacts."""
     with pytest.MonkeyPatch.context() as patch:
         wide = settle_rows()
-        patch.setattr(build, "capacity_for", lambda grains: grains)
+        patch.setattr(compiled_grains, "capacity_for", lambda grains: grains)
         patch.setattr(build, "has_few_wall_contacts", lambda *_: True)
         return wide, settle_rows()
 
@@ -111,20 +111,22 @@ def test_samples_with_few_wall_contacts_take_less_memory():
     grains, radius = 100_000, 0.6
     edge = (grains * 4.0 / 3.0 * np.pi * radius**3 / 0.2) ** (1.0 / 3.0)
     cube = room_of([edge] * 3)
-    assert build.has_few_wall_contacts(*cube, grains, radius)
-    assert not build.has_few_wall_contacts(
+    assert layout_choice.has_few_wall_contacts(*cube, grains, radius)
+    assert not layout_choice.has_few_wall_contacts(
         *room_of([4 * edge, 4 * edge, edge / 16]), grains, radius
     )
-    assert not build.has_few_wall_contacts(
+    assert not layout_choice.has_few_wall_contacts(
         *room_of([edge / 4, edge / 4, 16 * edge]), grains, radius
     )
-    assert not build.has_few_wall_contacts(*room_of([edge] * 3, "bottom", "top"), grains, radius)
+    assert not layout_choice.has_few_wall_contacts(
+        *room_of([edge] * 3, "bottom", "top"), grains, radius
+    )
     repeats = room_of([1, 1, edge], "bottom", "top", edges=[edge, edge, 0])
-    assert build.has_few_wall_contacts(*repeats, grains, radius)
-    assert not build.has_few_wall_contacts(*cube, grains, radius / 3.0)
+    assert layout_choice.has_few_wall_contacts(*repeats, grains, radius)
+    assert not layout_choice.has_few_wall_contacts(*cube, grains, radius / 3.0)
     few = room_of([edge / 4] * 3)
-    assert not build.has_few_wall_contacts(*few, grains // 64, radius)
-    assert not build.has_few_wall_contacts(None, None, grains, radius)
+    assert not layout_choice.has_few_wall_contacts(*few, grains // 64, radius)
+    assert not layout_choice.has_few_wall_contacts(None, None, grains, radius)
     for n in (20_000, 100_000, 1_000_000):
         small, large = (store.wall_contacts(n, few) for few in (True, False))
         assert small == pytest.approx(large - n)

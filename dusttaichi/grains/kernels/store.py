@@ -179,7 +179,7 @@ def wall_contacts(grains, few):
 
     A wall is touched by a face of the sample: every grain of a small or flat one, a share that
     shrinks as N^(-1/3) of a large one. few: the walls are so small that no more contacts fit on
-    them (`dusttaichi.grains.build.has_few_wall_contacts`).
+    them (`dusttaichi.grains.layout_choice.has_few_wall_contacts`).
     """
     faces = int(20 * grains ** (2 / 3)) + 64
     return faces if few else min(6 * grains, grains + faces)
