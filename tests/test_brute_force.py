@@ -11,7 +11,7 @@ from continuum import dust
 from scenes import FAR, RADIUS, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi.compute.backend import Loops
-from dusttaichi.continuum.build import build as build_dust
+from dusttaichi.continuum.dust_build import build as build_dust
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.build import build as build_grains
 from dusttaichi.grains.kernels.store import PAIRS

@@ -6,7 +6,8 @@ from typing import Any
 
 from dusttaichi.compute.compiled import Compiled
 from dusttaichi.compute.loops import advance_by
-from dusttaichi.continuum.device import by_threads
+from dusttaichi.continuum.dust_device import by_threads
+from dusttaichi.continuum.dust_step import Phases, steps_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.attraction import Attraction, make_potential
 from dusttaichi.continuum.kernels.block_lists import Neighbours
@@ -24,7 +25,6 @@ from dusttaichi.continuum.kernels.run_arguments import numbers_type
 from dusttaichi.continuum.kernels.search_kernels import make_search, place_search
 from dusttaichi.continuum.kernels.separation import Separation
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.step import Phases, steps_of
 
 
 @dataclass(frozen=True)

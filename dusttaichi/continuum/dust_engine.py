@@ -5,25 +5,25 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.continuum.advice import advice
+from dusttaichi.continuum.dust_advice import advice
 from dusttaichi.continuum.dust_features import choose_variables, flying_bodies, name_bodies
 from dusttaichi.continuum.dust_forces import DustForces
 from dusttaichi.continuum.dust_heat import DustHeat
 from dusttaichi.continuum.dust_ledger import DustLedger
 from dusttaichi.continuum.dust_motion import DustMotion
 from dusttaichi.continuum.dust_placement import pressed_walls
+from dusttaichi.continuum.dust_record import DustRecorder
 from dusttaichi.continuum.dust_start import start
 from dusttaichi.continuum.dust_state import DustState
 from dusttaichi.continuum.dust_stepper import DustStepper
+from dusttaichi.continuum.dust_validity import check_inside, validate
 from dusttaichi.continuum.elastic_bodies import ElasticBodies
 from dusttaichi.continuum.kernel_numbers import KernelNumbers
 from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
 from dusttaichi.continuum.particle_search import DustSearch
-from dusttaichi.continuum.record import DustRecorder
 from dusttaichi.continuum.samples.particle_arrays import ARRAYS, COMPONENTS
 from dusttaichi.continuum.self_gravity import SelfGravity
-from dusttaichi.continuum.validity import check_inside, validate
 from dusttaichi.domain.environment import Environment
 from dusttaichi.domain.walls import Box
 from dusttaichi.method import EngineOfParts, State

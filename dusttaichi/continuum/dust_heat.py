@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.continuum.measure import elastic_of_particles
+from dusttaichi.continuum.dust_measure import elastic_of_particles
 from dusttaichi.results.roles import DUST
 
 

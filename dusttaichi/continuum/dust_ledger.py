@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from dusttaichi.continuum.dust_measure import elastic_of_particles, largest
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.continuum.measure import elastic_of_particles, largest
 from dusttaichi.method import Measurement
 from dusttaichi.results.roles import DUST, ELASTIC
 

@@ -8,7 +8,7 @@ has broken it, by hourglass modes or the tensile instability, and not its materi
 import numpy as np
 import scipy
 
-from dusttaichi.continuum.measure import compute_intact_fraction, elastic_of_particles
+from dusttaichi.continuum.dust_measure import compute_intact_fraction, elastic_of_particles
 from dusttaichi.continuum.physics import strength
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment

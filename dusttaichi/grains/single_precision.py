@@ -1,4 +1,4 @@
-"""What single precision resolves of the positions of a sample."""
+"""The precision that positions of a sample need, and single precision has not."""
 
 import numpy as np
 

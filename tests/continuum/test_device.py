@@ -5,7 +5,7 @@ import pytest
 from continuum import dust
 
 from dusttaichi.compute.backend import Loops
-from dusttaichi.continuum.build import build
+from dusttaichi.continuum.dust_build import build
 from dusttaichi.continuum.kernels.store import COLUMN
 
 LAUNCHES = Loops(1, 1, "launches")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from continuum import dust
 
-from dusttaichi.continuum import validity
+from dusttaichi.continuum import dust_validity
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import GuardStop
@@ -40,11 +40,11 @@ def test_a_body_that_passes_through_a_face_is_named():
     environment = SimpleNamespace(time=5e-6, step=3, units=SI, box=box)
     state = SimpleNamespace(of_bodies=lambda column: centres)
     centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
-    validity.check_inside(state, environment, {1: "bead"})
-    validity.check_inside(state, SimpleNamespace(box=None), {1: "bead"})
+    dust_validity.check_inside(state, environment, {1: "bead"})
+    dust_validity.check_inside(state, SimpleNamespace(box=None), {1: "bead"})
     centres[FACES + 1, 2] = -3.25e-3
     with pytest.raises(GuardStop, match=r"bead has passed through the bottom.* 0.25 mm outside"):
-        validity.check_inside(state, environment, {1: "bead"})
+        dust_validity.check_inside(state, environment, {1: "bead"})
 
 
 def test_what_is_too_fast_is_stopped():

@@ -11,8 +11,8 @@ from continuum import dust
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.continuum.build import layout_of
 from dusttaichi.continuum.compiled_dust import passes
+from dusttaichi.continuum.dust_build import layout_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.run_arguments import numbers_type
 from dusttaichi.continuum.physics.kernels import MATERIAL

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from dusttaichi.continuum.dust_measure import compute_intact_fraction
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.continuum.measure import compute_intact_fraction
 from dusttaichi.continuum.physics.damage import carried_pressure
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.roles import DUST

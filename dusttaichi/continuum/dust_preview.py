@@ -6,8 +6,8 @@ import numpy as np
 
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
-from dusttaichi.continuum.advice import advice
-from dusttaichi.continuum.build import layout_of
+from dusttaichi.continuum.dust_advice import advice
+from dusttaichi.continuum.dust_build import layout_of
 from dusttaichi.continuum.dust_placement import domain_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
