@@ -13,6 +13,7 @@ nine of the stress are values; there is no branch.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import count_blocks, first_item
+from dusttaichi.grains.kernels.contact_changes import ContactChanges
 from dusttaichi.grains.kernels.contact_numbers import PAIR, RIGID_SPHERE, WALL
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
@@ -23,7 +24,6 @@ from dusttaichi.grains.kernels.store import (
 )
 from dusttaichi.physics.contact.kinematics import point_as_kept
 
-FORMING, BREAKING = range(2)  # channels of the ledger that belong to no single effect
 # places in `counts` of the number of contacts of a kind (of walls: blocks), and of their first
 # block
 PLACES = {
@@ -33,118 +33,29 @@ PLACES = {
 }
 
 
-def _masks(law):
-    """True if a law masks its history of contacts that did not touch before."""
-    return getattr(law, "MASKED", False)
-
-
 @ti.data_oriented
-class Rows:
-    """Rows of the fields of contacts: history and loads."""
-
-    def __init__(self, fields, layout):
-        self.table, self.load, self.dtype = fields["contact"], fields["load"], layout.law
-        self.vec3 = ti.types.vector(3, layout.law)
-        named = [(name, *layout.rows[name]) for name in layout.model.history]
-        self.scalars = tuple((name, first) for name, first, width in named if width == 1)
-        self.vectors = tuple((name, first) for name, first, width in named if width == 3)
-        masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
-        names = {name for law in masked for name in law.HISTORY}
-        self.unmasked = (*names, "touched")  # not masked: their effects do that
-        members = dict.fromkeys((name for name, _ in self.scalars), self.dtype)
-        members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
-        self.History = ti.types.struct(**members)
-        self.touched = layout.rows["touched"][0]
-        self.history_rows = layout.history_rows
-        self.lost = layout.rows.get("lost", (-1, 0))[0]
-        self.recent = layout.rows.get("recent", (-1, 0))[0]
-
-    @ti.func
-    def vector(self, b, first: ti.template(), lane):
-        t = ti.static(self.table)
-        return self.vec3(t[b, first, lane], t[b, first + 1, lane], t[b, first + 2, lane])
-
-    @ti.func
-    def put_vector(self, b, first: ti.template(), lane, a):
-        for c in ti.static(range(3)):
-            self.table[b, first + c, lane] = a[c]
-
-    @ti.func
-    def add(self, b, row: ti.template(), lane, value):
-        self.table[b, row, lane] = self.table[b, row, lane] + value
-
-    @ti.func
-    def history(self, b, lane):
-        """History of a contact."""
-        return self.History(
-            *[self.table[b, first, lane] for _, first in self.scalars],
-            *[self.vector(b, first, lane) for _, first in self.vectors],
-        )
-
-    @ti.func
-    def write(self, block, lane, history: ti.template(), touched_before):
-        """Write the history, that of springs times `touched_before`, 1 or 0."""
-        for name, first in ti.static(self.scalars):
-            value = history.__getitem__(name)
-            if ti.static(name not in self.unmasked):
-                value = value * touched_before
-            self.table[block, first, lane] = value
-        for name, first in ti.static(self.vectors):
-            vector = history.__getitem__(name)
-            if ti.static(name not in self.unmasked):
-                vector = vector * touched_before
-            self.put_vector(block, first, lane, vector)
-
-    @ti.func
-    def force(self, b, lane):
-        """Force on the first body of a contact."""
-        t = ti.static(self.load)
-        return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
-
-    @ti.func
-    def put_loads(self, b, lane, load: ti.template()):
-        """Force and torque on the first body, torque on the second: the force on it is opposite."""
-        for c in ti.static(range(3)):
-            self.load[b, c, lane] = load.force[c]
-            self.load[b, 3 + c, lane] = load.torque_1[c]
-            self.load[b, 6 + c, lane] = load.torque_2[c]
-
-
-@ti.data_oriented
-class ContactPass:
+class ContactPass(ContactChanges):
     """Contacts of one gatherer: their number, and their part in a step.
 
     Empty lanes are computed as well: their grains are far away.
     """
 
     def __init__(self, fields, layout, mechanics, gatherer):
-        self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
-        prefix = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
-        self.numbers, self.contact_kind, self.flat = (
-            gatherer.numbers,
-            gatherer.contact_kind,
-            gatherer.flat,
-        )
+        super().__init__(fields, layout, mechanics, gatherer)
         self.round = gatherer.flat and bool(layout.curved)
         self.impulses = layout.impulses
-        self.width, self.mask, self.dtype = layout.width, layout.mask, layout.law
         self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.contact_kind]
         self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
-        self.ledger, self.stress = layout.ledger, layout.stress
+        self.stress, self.virial = layout.stress, fields.get(self.prefix + "virial")
         self.faces = bool(layout.periodic) and not gatherer.flat
-        self.loss, self.virial = fields[prefix + "loss"], fields.get(prefix + "virial")
         self.face_work, self.impulse = fields.get("face_work"), fields.get("impulse")
         channels = layout.channels
         laws = layout.model.laws
         self.channels = tuple(enumerate(channels.index(law.CHANNEL) for law in laws))
-        self.forming = mechanics.forming
         self.radial = len(layout.model.radial)
         # columns of the local sums: losses by law, work of the faces, changes
         self.FACES = len(laws)
         self.CHANGES = self.FACES + self.faces
-        rows = self.rows
-        # first rows of the losses that each contact keeps
-        self.followed = tuple(row for row in (rows.lost, rows.recent) if row >= 0)
 
     # -- sizes ----------------------------------------------------------------------------------
 
@@ -316,11 +227,6 @@ class ContactPass:
             self.follow(block, lane, channel, value)
 
     @ti.func
-    def follow(self, block, lane, channel: ti.template(), value):
-        for first in ti.static(self.followed):
-            self.rows.add(block, first + channel, lane, value)
-
-    @ti.func
     def add(self, sums: ti.template(), column: ti.template(), lane, value):
         sums[column][lane] = sums[column][lane] + value
 
@@ -356,105 +262,6 @@ class ContactPass:
         if ti.static(self.faces):
             work = ti.cast(totals[self.FACES], ti.f64)
             self.face_work[tile] = self.face_work[tile] + work
-
-    @ti.func
-    def add_loss(self, tile: ti.template(), channel: ti.template(), value):
-        self.loss[tile, channel] = self.loss[tile, channel] + ti.cast(value, ti.f64)
-
-    # -- forming and breaking --------------------------------------------------------------------
-
-    @ti.func
-    def change_block(self, block, tile: ti.template(), dt, kind_numbers, boundary):
-        """Change the contacts of a block that have formed or broken.
-
-        Few steps have any: so this is no part of the loop over all contacts, and gathers everything
-        again.
-        """
-        index = block & self.mask
-        gathered = ti.Vector.zero(self.dtype, ti.static(self.gatherer.columns * self.width))
-        for lane in range(self.width):
-            state = self.rows.table[index, self.rows.touched, lane]
-            if state > 1.5 or state < -0.5:
-                self.gatherer.gather(gathered, index, lane, boundary)
-                self.change(gathered, index, lane, tile, dt, kind_numbers, boundary, state)
-
-    @ti.func
-    def change(
-        self,
-        gathered: ti.template(),
-        block,
-        lane,
-        tile: ti.template(),
-        dt,
-        kind_numbers,
-        boundary,
-        state,
-    ):
-        """Losses of a contact that has formed (state 2) or broken (-1).
-
-        Its potential, less the work of the half kick of the step. A breaking contact is evaluated
-        at its position of the previous step, and its history is cleared.
-        """
-        constants = self.numbers.of_contact(self.contact_kind, block, lane, kind_numbers)
-        motion = self.gatherer.motion(gathered, lane, dt, constants, boundary)
-        history = self.rows.history(block, lane)
-        motion.touched_before, motion.touches = ti.cast(0.0, self.dtype), ti.cast(1.0, self.dtype)
-        if state < 0.0:
-            motion.overlap += motion.speed * dt
-            motion.touched_before, motion.touches = 1.0, 0.0
-        elastic = self.mechanics.respond(motion, constants)
-        half_kick = 0.5 * dt * motion.speed * elastic.force
-        if state > 0.0:
-            self.lose(tile, block, lane, FORMING, -(elastic.energy + half_kick))
-            if dt > 0.0:  # contacts of the start have touched before
-                self.form(block, lane, motion, history, constants, dt)
-            self.rows.table[block, self.rows.touched, lane] = 1.0
-        else:
-            self.lose(tile, block, lane, BREAKING, elastic.energy - half_kick)
-            self.release(tile, block, lane, motion, history, constants, dt, boundary)
-            for row in ti.static(range(self.rows.history_rows)):
-                self.rows.table[block, row, lane] = 0.0
-
-    @ti.func
-    def form(self, block, lane, motion: ti.template(), history: ti.template(), constants, dt):
-        """Impulses of a first touch: forces along n_c during this step."""
-        for law in ti.static(self.forming):
-            force_before = self.rows.force(block, lane)
-            force = force_before + motion.normal * law.form(
-                motion, history, constants, dt, force_before.dot(motion.normal)
-            )
-            for c in ti.static(range(3)):
-                self.rows.load[block, c, lane] = force[c]
-            self.rows.write(block, lane, history, 0.0)
-
-    @ti.func
-    def release(
-        self,
-        tile: ti.template(),
-        block,
-        lane,
-        motion: ti.template(),
-        history: ti.template(),
-        constants,
-        dt,
-        boundary,
-    ):
-        """Energy stored in the springs of a breaking contact.
-
-        A breaking spring has done work for half a step less than its displacement implies.
-        """
-        strength = self.gatherer.strength(boundary)
-        point_as_kept(motion, history, constants, self.flat)
-        load, stored = self.mechanics.springs_of(motion, history, constants, strength)
-        spun = load.torque_1.dot(motion.rotation_1) + load.torque_2.dot(motion.rotation_2)
-        work = dt * load.force.dot(motion.velocity) + spun
-        self.lose(tile, block, lane, BREAKING, stored.sum() + 0.5 * work)
-
-    @ti.func
-    def lose(self, tile: ti.template(), block, lane, channel: ti.template(), value):
-        if ti.static(self.ledger):
-            self.add_loss(tile, channel, value)
-        self.follow(block, lane, channel, value)
 
     # -- without a step --------------------------------------------------------------------------
 
