@@ -78,9 +78,6 @@ SMALL = {"base": "silicate_s12", "radius": "0.1 um"}
 ONE: Positions = [[0, 0, 0]]
 NEAR: Positions = [[0, 0, 0], [1.9997, 0, 0]]
 APART: Positions = [[2.0005, 0, 0], [0, 0, 0]]
-PAIR: Blocks
-CAKE: Blocks
-PAIR, CAKE = {"kind": "chain", "grains": 2}, {"kind": "cake", "grains": 60}
 MEETING = {"kind": "meeting", "sticking": 0.7}
 
 
@@ -98,6 +95,14 @@ def compose_scene(
     return scene | {"numerics": BASE["numerics"] | blocks.get("numerics", {}) | added}
 
 
+def of_scene(kind: str, **keys: Any) -> Blocks:
+    """Sample of a kind that scenes have."""
+    return {"kind": "of scene", "block": {"kind": kind, **keys}}
+
+
+PAIR, CAKE = of_scene("chain", grains=2, axis="x"), of_scene("rbd", grains=60, seed=1)
+
+
 def place(positions: Positions, **motion: Any) -> Blocks:
     """Sample of grains at positions [radii]."""
     return {"kind": "given", "positions": positions, **motion}
@@ -112,7 +117,7 @@ def vary_time_step(quick: bool) -> list[Cell]:
     bodies = (
         ("pair", PAIR, OPEN, 20_000),
         ("wall", place(ONE), BOTTOM, 20_000),
-        ("RBD cake", CAKE | {"grains": 200}, OPEN, 4_000),
+        ("RBD cake", of_scene("rbd", grains=200, seed=1), OPEN, 4_000),
         ("compacted cake", {"kind": "compacted"}, OPEN, 4_000),
     )
     fractions = FEW_FRACTIONS if quick else FRACTIONS
@@ -134,7 +139,7 @@ def run_long(quick: bool) -> list[Cell]:
     return [
         Cell("long runs", f"{body}, {precision}, {steps:.0e} steps",
              compose_scene(interaction=UNDAMPED, precision=precision),
-             {"kind": "chain", "grains": grains, "speed": 0.002, "spin": 1e3}, steps,
+             of_scene("chain", grains=grains, axis="x") | {"speed": 0.002, "spin": 1e3}, steps,
              time_limit=300.0, row=body, column=precision)
         for precision in (("f64",) if quick else ("f64", "mixed"))
         for body, grains in (("pair", 2), ("chain", 10))
@@ -185,15 +190,13 @@ def vary_size_ratio(quick: bool) -> list[Cell]:
 def vary_filling_factor(quick: bool) -> list[Cell]:
     """Filling factors from a gas to the densest packing, in a periodic cell."""
     gas = {"kind": "gas", "grains": 60}
-    packing = {"kind": "random_packing", "grains": 200}
     samples: dict[float, Blocks] = {
         phi: gas | {"filling_factor": phi} for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
     }
     samples[0.3] = gas | {"filling_factor": 0.25}
     for phi in (0.5, 0.6):
-        samples[phi] = {"kind": "packed", "block": packing | {"filling_factor": phi}}
-    fcc = {"kind": "lattice", "structure": "fcc", "cells": [4, 4, 4]}
-    samples[0.74] = {"kind": "packed", "block": fcc}
+        samples[phi] = of_scene("random_packing", grains=200, filling_factor=phi)
+    samples[0.74] = of_scene("lattice", structure="fcc", cells=[4, 4, 4])
     motions = (("slow", 0.001, None), ("fast", 1.0, None), ("shrinking", 0.01, "-1e4 s^-1"))
     return [
         Cell("filling factors", f"{motion}, {phi:g}",

@@ -81,12 +81,6 @@ def make_collision(scene: GrainsScene, sticking: float, offset: float = 0.3) -> 
     )
 
 
-def deposit_cake(scene: GrainsScene, grains: int, seed: int = 1) -> Sample:
-    """A cake of random ballistic deposition."""
-    block = {"kind": "rbd", "grains": grains, "seed": seed}
-    return Sample.at_rest(samples.make(scene.with_value("sample", block)).positions)
-
-
 @cache
 def _compress() -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
     """Positions and contacts of a cake after compression in a box and relaxation without it."""
@@ -126,14 +120,6 @@ def pull_chain(scene: GrainsScene, grains: int) -> Sample:
     contacts = {"i": i, "j": i + 1, "pointer_i": along, "pointer_j": -along}
     contacts |= {name: np.zeros(grains - 1) for name in ("twist", "approach")}
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
-
-
-def make_chain(scene: GrainsScene, grains: int) -> Sample:
-    """A chain of grains along x in equilibrium."""
-    c = _make_contact(scene)
-    x = np.zeros((grains, 3))
-    x[:, 0] = (2.0 * c.r - c.delta0) * np.arange(grains)
-    return Sample.at_rest(x)
 
 
 def scatter_gas(scene: GrainsScene, grains: int, filling_factor: float) -> Sample:
@@ -189,11 +175,9 @@ KINDS: dict[str, Callable[..., Sample]] = {
     "given": place_grains,
     "cluster": make_cluster,
     "meeting": make_collision,
-    "cake": deposit_cake,
     "compacted": compress_cake,
     "pulled": pull_chain,
-    "chain": make_chain,
     "gas": scatter_gas,
-    "packed": make_of_scene,
+    "of scene": make_of_scene,
     "polydisperse": surround_grain,
 }
