@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 
 from dusttaichi.compute.memory import TYPES, capacity_for
-from dusttaichi.continuum import time_step
+from dusttaichi.continuum import dust_time_step
 from dusttaichi.continuum.dust_advice import advice
 from dusttaichi.continuum.dust_build import layout_of
 from dusttaichi.continuum.dust_placement import domain_of, stiff_faces
@@ -32,7 +32,7 @@ def preview(scene):
     fastest = max(sound.max(initial=0.0), of_elastic.max(initial=0.0))
     speed = np.linalg.norm(sample.velocity, axis=1).max()
     fastest = max(float(fastest) * _find_signal_factor(scene.numerics.viscosity), float(speed))
-    output_step = time_step.output_step(scene, fastest)
+    output_step = dust_time_step.output_step(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),
         *(

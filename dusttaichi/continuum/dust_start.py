@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.continuum import time_step
+from dusttaichi.continuum import dust_time_step
 from dusttaichi.continuum.dust_placement import faces_of
 from dusttaichi.continuum.kernels.separation import CLOSED
 from dusttaichi.continuum.kernels.store import COLUMN, DT, FACES, LEFT, WANT
@@ -32,7 +32,7 @@ def start(scene, sample, motion, search, stepper, *, environment, scratch):
     search.update()
     stepper.load_particles()
     fastest = float(scratch["most"].to_numpy().max())
-    environment.dt = time_step.output_step(scene, fastest)
+    environment.dt = dust_time_step.output_step(scene, fastest)
     state["clock"] = first_clock(scene, fastest, environment.dt)
 
 
