@@ -57,29 +57,41 @@ def flight_length(
     )
 
 
+Flights = Callable[[NDArray[Any], NDArray[Any], NDArray[Any]], NDArray[np.float64]]
+"""Lengths of flight (P,) [m] of pairs: numbers of the flights, of the targets, and vectors (P, 3)
+from the starts to the targets [m]."""
+
+
 def first_hits(
-    targets: NDArray[np.float64],
+    tree: "scipy.spatial.cKDTree",
     starts: NDArray[np.float64],
     directions: NDArray[np.float64],
     distance: float,
-    longest: float,
+    longest: float | NDArray[np.float64],
+    numbers: NDArray[np.integer] | None = None,
+    measure: Flights | None = None,
 ) -> np.ndarray:
     """Length of flight (M,) [m] until each flying grain first touches a target; inf for a miss.
 
-    targets: centres (N, 3); starts, directions: (M, 3), the starts out of reach of all targets.
-    distance: between the centres of grains that touch; longest: largest length of a flight. Exact
-    to rounding. A flight advances as far as the nearest target allows, then a window of two
-    distances ahead is searched for all targets that it could touch there. Their centres are around
-    or ahead of the window: in a cylinder of radius distance about it with a hemisphere at its far
-    end, and so in the sphere that is searched.
+    tree: of the centres of the targets (N, 3); starts, directions: (M, 3), the starts out of reach
+    of all targets. distance: between the centres of grains that touch; longest: largest length of a
+    flight, one number or (M,). numbers: None, or for each target the number of the first flight
+    that does not pass through it. measure: of unequal grains, the lengths of flights of pairs;
+    distance is then their largest one. Exact to rounding.
+
+    A flight advances as far as the nearest target allows, then a window of two distances ahead is
+    searched for all targets that it could touch there. Their centres are around or ahead of the
+    window: in a cylinder of radius distance about it with a hemisphere at its far end, and so in
+    the sphere that is searched.
     """
-    tree = scipy.spatial.cKDTree(targets)
+    targets = tree.data
     window = 2 * distance
     far = window + distance
     middle = (far**2 - distance**2) / (2 * far)
     reach = (far - middle) * (1 + ROUNDING)
     flown = np.zeros(len(starts))
     hit = np.full(len(starts), np.inf)
+    longest = np.broadcast_to(longest, len(starts))
     flying = np.arange(len(starts))
     while len(flying):
         start, direction = starts[flying], directions[flying]
@@ -88,14 +100,20 @@ def first_hits(
         search = start + (flown[flying, None] + middle) * direction
         ahead = scipy.spatial.cKDTree(search)
         near = ahead.sparse_distance_matrix(tree, reach, output_type="ndarray")
+        if numbers is not None:
+            near = near[numbers[near["j"]] <= flying[near["i"]]]
         i = near["i"]
         apart = targets[near["j"]] - start[i]
-        along = (apart * direction[i]).sum(axis=1)
-        off = apart - along[:, None] * direction[i]
-        np.minimum.at(hit, flying[i], flight_length(along, (off**2).sum(axis=1), distance))
+        if measure is not None:
+            flights = measure(flying[i], near["j"], apart)
+        else:
+            along = (apart * direction[i]).sum(axis=1)
+            off = apart - along[:, None] * direction[i]
+            flights = flight_length(along, (off**2).sum(axis=1), distance)
+        np.minimum.at(hit, flying[i], flights)
         flown[flying] += window
         # before a target beyond the window there may be one outside of the searched sphere
-        flying = flying[(hit[flying] > flown[flying]) & (flown[flying] < longest)]
+        flying = flying[(hit[flying] > flown[flying]) & (flown[flying] < longest[flying])]
     hit[hit > longest] = np.inf
     return hit
 

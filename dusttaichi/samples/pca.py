@@ -19,24 +19,22 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from dusttaichi.samples import ballistic, cut
-from dusttaichi.samples.ballistic import (
-    find_perpendicular,
-    flight_length,
-    random_directions,
-    random_in_disc,
-)
+from dusttaichi.samples.ballistic import find_perpendicular, random_directions, random_in_disc
+from dusttaichi.samples.growing_targets import Targets, land_in_order
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, MixtureBlock, draw_grains, is_mixture, place_grains
-from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.sample_registry import register
+from dusttaichi.samples.unequal_aggregate import grow_unequal
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
 from dusttaichi.scene.making import Cost, report_progress
 
 BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
-MOST_GRAINS = 2e6  # of the aggregate: minutes
-SECONDS = 2.6e-4, 3e-10  # of a grain, and over the square of their number
-SLOWER = 50  # ratio of run times of unequal and equal grains
+MOST_GRAINS = 4e6  # of the aggregate: half an hour
+SECONDS = 4e-4  # of a grain,
+SECONDS_OF_SQUARE = 1.5e-8  # and over the square of their number where each is compared with all
+SLOWER = 20  # ratio of run times of these
 LAST = 0.2  # part of the aggregate that came last,
 FEW = 1e-3  # and the largest number of its grains in a settled cut, relative to all grains of it
 
@@ -75,10 +73,15 @@ class PcaSample(MixtureBlock):
         radius, grains = scene.material.radius, float(self.grains or 0)
         if self.shape != "aggregate":
             grains = _guessed_grains(self, radius, cut.proportions(self, radius))
-        seconds_per_grain, seconds_per_square = SECONDS
-        if is_mixture(self) or self.cluster > 1 or self.impact_parameter is not None:
-            seconds_per_square *= SLOWER
-        return Cost("N^2", seconds_per_grain * grains + seconds_per_square * grains**2)
+        if self.compares_all:
+            return Cost("N^2", SECONDS * grains + SECONDS_OF_SQUARE * grains**2)
+        return Cost("N log N", SECONDS * grains)
+
+    @property
+    def compares_all(self) -> bool:
+        """True where each shot is compared with all grains: cuts of unequal ones, clusters ..."""
+        is_unequal_cut = is_mixture(self) and self.shape != "aggregate"
+        return is_unequal_cut or self.cluster > 1 or self.impact_parameter is not None
 
     def faults(self) -> Faults:
         yield from cut.faults(self)
@@ -91,16 +94,19 @@ class PcaSample(MixtureBlock):
 class Aggregate:
     """A cluster that grows by hit and stick; distance: between the centres of grains that touch.
 
-    positions: (N, 3) [m], the first at the origin, in the order of the hits.
-
     Shots are processed in batches: first hits on the aggregate for all of them at once, then, in
     their order, earlier hits on grains of the same batch. The result is that of one shot at a time.
     """
 
     def __init__(self, distance: float) -> None:
         self.distance = distance
-        self.positions = np.zeros((1, 3))
+        self.targets = Targets(np.zeros((1, 3)))
         self.reach = 0.0  # of the farthest centre from the first grain
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Centres (N, 3) [m], the first at the origin, in the order of the hits."""
+        return self.targets.positions
 
     def shoot(self, rng: np.random.Generator) -> None:
         """Let a batch of grains fly at the aggregate."""
@@ -113,22 +119,16 @@ class Aggregate:
         off = random_in_disc(rng, shots) * cover
         u, v = find_perpendicular(directions)
         starts = off[:, :1] * u + off[:, 1:] * v - cover * directions
-        hits = ballistic.first_hits(self.positions, starts, directions, distance, 2 * cover)
-        landed = np.empty((shots, 3))
-        count = 0
-        for start, direction, hit in zip(starts, directions, hits, strict=True):
-            apart = landed[:count] - start
-            along = apart @ direction
-            across_squared = ((apart - along[:, None] * direction) ** 2).sum(axis=1)
-            hit = flight_length(along, across_squared, distance).min(initial=hit)
-            if hit == np.inf:
-                continue
-            landed[count] = start + hit * direction
-            self.reach = max(self.reach, float(np.linalg.norm(landed[count])))
-            count += 1
+        hits = self.targets.first_hits(starts, directions, distance, 2 * cover)
+        landed = land_in_order(starts, directions, hits, distance)
+        landed = landed[np.isfinite(landed[:, 0])]
+        far = np.linalg.norm(landed, axis=1) > self.reach * (1 - ROUNDING)
+        for row in np.flatnonzero(far):
+            self.reach = max(self.reach, float(np.linalg.norm(landed[row])))
             if self.reach + distance > cover:
+                landed = landed[: row + 1]
                 break
-        self.positions = np.concatenate([self.positions, landed[:count]])
+        self.targets.add(landed)
 
 
 @register(PcaSample)
@@ -167,9 +167,12 @@ def _one_by_one(spec: PcaSample, materials: Materials, rng: np.random.Generator)
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed)}
     if spec.shape == "aggregate":
         count = cast(int, spec.grains)
-        _check_grains(count * SLOWER)
+        _check_grains(count * (SLOWER if spec.compares_all else 1))
         grains = draw_grains(spec, materials, count, rng)
-        x = ballistic.grow_aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        if spec.compares_all:
+            x = ballistic.grow_aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        else:
+            x = grow_unequal(grains, rng)
         return place_grains(x, grains, materials, info | {"grains": len(x)})
     radius = float(np.mean(draw_grains(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
     edges = cut.proportions(spec, radius)
@@ -198,11 +201,13 @@ def _grow_cut(
 ) -> np.ndarray:
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges))
-    factor = None
+    factor, scale = None, np.empty(0)
     while factor is None:
         aggregate.shoot(rng)
         report_progress(len(aggregate.positions))
-        scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
+        landed = aggregate.positions[len(scale) :]
+        of_landed = cut.scale(landed, spec.shape, edges, radius, centred=True)
+        scale = np.concatenate([scale, of_landed])
         factor = _find_settled_factor(spec, edges, scale, aggregate.reach)
     values: NDArray[Any] = aggregate.positions[scale <= factor] + [0.0, 0.0, factor * edges[2] / 2]
     return values

@@ -9,7 +9,7 @@ formation of dust.
 """
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +17,14 @@ from numpy.typing import NDArray
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import Grains, MixtureBlock, draw_grains, place_grains
-from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
+from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
+from dusttaichi.samples.random_tree import grow_tree
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import AnyScene, Count, Faults, Field, Number
-from dusttaichi.scene.making import Cost, report_progress
+from dusttaichi.scene.fields import Count, Faults, Field, Number
 
-MOST_GRAINS = 30_000  # two minutes
-SECONDS = 2e-7  # over the square of the number of grains
-POINTS, AT_ONCE = 32, 4  # draws of a trial, and those that are tried together
-TRIES = 100  # unsuccessful draws of that many points after which the box is full
+MOST_GRAINS = 1e7  # tens of minutes
 
 
 class SpaceFillingSample(MixtureBlock):
@@ -44,13 +41,6 @@ class SpaceFillingSample(MixtureBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.4)] = Field(
         0.15, description="grain volume over the volume of the box"
     )
-
-    def cost(self, scene: AnyScene) -> Cost:
-        grains: float = self.grains or 0
-        if self.size is not None:
-            grain = float(_compute_volume(scene.material.radius))
-            grains = self.filling_factor * float(np.prod(self.size)) / grain
-        return Cost("N^2", SECONDS * grains**2)
 
     def faults(self) -> Faults:
         yield from exactly_one(self, ("grains", "size"), "grains: 1000")
@@ -80,7 +70,7 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
         width = (_compute_volume(grains.radii).sum() / spec.filling_factor / spec.aspect) ** (1 / 3)
         edges = width * np.array([1.0, 1.0, spec.aspect])
     cut.check_size(edges, float(grains.radii.max()))
-    x = _grow_tree(grains, edges, rng)
+    x = grow_tree(grains, edges, rng)
     if x is None:
         raise DustError(
             f"sample.filling_factor = {spec.filling_factor:g}: no further grains fit into "
@@ -94,46 +84,3 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
 
 def _compute_volume(radius: float | NDArray[np.float64]) -> NDArray[np.float64]:
     return 4 / 3 * math.pi * np.asarray(radius) ** 3
-
-
-def _grow_tree(
-    grains: Grains, edges: NDArray[np.float64], rng: np.random.Generator
-) -> np.ndarray | None:
-    """Grow centres (N, 3) [m] in the box from the origin to `edges`; None if too few grains fit."""
-    radii, x = grains.radii, np.empty((len(grains), 3))
-    x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
-    for k in range(1, len(grains)):
-        report_progress(k * k, len(grains) ** 2)  # each grain is compared with all before it
-        touch = grains.distance(k, np.arange(k))
-        for _ in range(TRIES):
-            x[k] = _place_grain(x[:k], radii[:k], touch, (edges, radii[k]), rng)
-            if np.isfinite(x[k, 0]):
-                break
-        else:
-            return None
-    return x
-
-
-def _place_grain(
-    x: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    touch: NDArray[np.float64],
-    room: Any,
-    rng: np.random.Generator,
-) -> Any:
-    """Place the next grain beside the one nearest to a random point; NaN without success."""
-    edges, radius = room
-    # the first that fits is taken: most often one of the first few, and all cost as much
-    for points in (rng.random((POINTS, 3)) * edges).reshape(-1, AT_ONCE, 3):
-        apart = points[:, None] - x
-        distance = np.linalg.norm(apart, axis=2)
-        near = (distance - radii).argmin(axis=1)
-        row = np.arange(AT_ONCE)
-        towards = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
-        candidates = x[near] + towards * touch[near][:, None]
-        inside = np.all((candidates >= radius) & (candidates <= edges - radius), axis=1)
-        for candidate in candidates[inside]:
-            free = np.linalg.norm(x - candidate, axis=1) >= touch * (1 - ROUNDING)
-            if free.all():
-                return candidate
-    return np.full(3, np.nan)

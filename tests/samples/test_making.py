@@ -46,18 +46,22 @@ def test_a_glass_tells_its_progress():
 
 def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
     """Of a body of a sample too; short samples and those of N log N are not mentioned."""
-    tree = {"kind": "space_filling", "grains": 30_000}
+    packing = {"kind": "random_packing", "grains": 100_000}
     for one, path in (
-        (scene(**tree), "sample.kind = space_filling"),
-        (scene(kind="cutout", of=tree, grains=100), "sample.of.kind = space_filling"),
-        (scene(kind="pca", grains=30_000, sizes=SIZES), "sample.kind = pca"),
-        (scene(kind="random_packing", grains=100_000), "sample.kind = random_packing"),
+        (scene(**packing), "sample.kind = random_packing"),
+        (scene(kind="cutout", of=packing, grains=100), "sample.of.kind = random_packing"),
+        (scene(kind="pca", grains=60_000, sizes=SIZES), "sample.kind = pca"),
+        (scene(kind="pca", grains=30_000, impact_parameter=0.5), "sample.kind = pca"),
     ):
         _remark_on_costs(one)
         text = " ".join(capsys.readouterr().err.split())
         assert text.startswith(f"{path}: making this sample takes about ")
         assert "the time grows as N" in text
-    for one in (scene(**tree | {"grains": 100}), scene(kind="rbd", grains=1_000_000)):
+    for one in (
+        scene(**packing | {"grains": 100}),
+        scene(kind="rbd", grains=1_000_000),
+        scene(kind="space_filling", grains=1_000_000),
+    ):
         _remark_on_costs(one)
     assert capsys.readouterr().err == ""
 

@@ -8,7 +8,7 @@ from bodies import ICE, MIXED, distances, make_sample, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import mixed_constants
-from dusttaichi.samples import make
+from dusttaichi.samples import make, random_tree, unequal_aggregate
 from dusttaichi.samples.mixture import Lognormal, PowerLaw, Radii
 
 
@@ -126,6 +126,36 @@ def test_a_packing_has_the_filling_factor_and_no_overlap():
     assert gaps(scene, sample, period).min() > -1e-14
     volume = np.sum(4 / 3 * np.pi * sample.radii**3)
     assert volume / period.prod() == pytest.approx(0.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        {"grains": 400, "filling_factor": 0.2},
+        {"grains": 250, "filling_factor": 0.15, **MIXED},
+        {"grains": 120, "filling_factor": 0.21, "seed": 3, **MIXED},  # with trials without success
+    ],
+)
+def test_a_tree_grown_in_batches_is_that_of_one_trial_after_another(block, monkeypatch):
+    grown = []
+    for few in (10_000, 30):
+        monkeypatch.setattr(random_tree, "FEW", few)
+        grown.append(make(scene(ICE, kind="space_filling", **block)).positions)
+    np.testing.assert_array_equal(*grown)
+
+
+def test_a_tree_grown_in_batches_stops_where_the_box_is_full(monkeypatch):
+    monkeypatch.setattr(random_tree, "FEW", 20)
+    with pytest.raises(DustError, match="no further grains fit"):
+        mix_sample("space_filling", grains=40, filling_factor=0.4)
+
+
+def test_a_mixed_aggregate_grown_in_batches_is_that_of_one_shot_after_another(monkeypatch):
+    grown = []
+    for few in (10_000, 20):
+        monkeypatch.setattr(unequal_aggregate, "FEW", few)
+        grown.append(make(scene(ICE, kind="pca", grains=350, **MIXED)).positions)
+    np.testing.assert_array_equal(*grown)
 
 
 def test_laws_of_sizes():

@@ -6,12 +6,21 @@ from functools import partial
 import numpy as np
 import pytest
 from bodies import ROUNDING, D, R, distances, make_sample, pieces
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from dusttaichi.physics.geometry import radius_of_gyration
 from dusttaichi.samples import fractal_dimension
-from dusttaichi.samples.ballistic import first_hits, first_touch, random_directions
+from dusttaichi.samples.ballistic import (
+    find_perpendicular,
+    first_hits,
+    first_touch,
+    flight_length,
+    random_directions,
+    random_in_disc,
+)
 from dusttaichi.samples.bcca import generations
+from dusttaichi.samples.growing_targets import Targets, land_in_order
 from dusttaichi.samples.pca import Aggregate
 from dusttaichi.samples.sample import Sample
 
@@ -61,12 +70,37 @@ def test_first_hit_is_that_of_a_search_over_all_grains():
     along = np.einsum("mnk,mk->mn", apart, directions)
     under = along**2 - (apart**2).sum(axis=2) + D**2
     expected = np.where(under > 0, along - np.sqrt(np.maximum(under, 0)), np.inf).min(axis=1)
-    hits = first_hits(targets, starts, directions, D, 4 * cover)
+    hits = first_hits(cKDTree(targets), starts, directions, D, 4 * cover)
+    growing = Targets(targets[:1])
+    for first, last in ((1, 17), (17, 400), (400, 480), (480, 600)):
+        growing.add(targets[first:last])
+    np.testing.assert_array_equal(growing.positions, targets)
+    np.testing.assert_array_equal(growing.first_hits(starts, directions, D, 4 * cover), hits)
     assert 0.2 < np.isfinite(hits).mean() < 0.95
     assert (np.isfinite(hits) == np.isfinite(expected)).all()
     # The square root amplifies the rounding of a grazing flight: 1e-16 (100 D)^2 / D sqrt(...).
     hit = np.isfinite(hits)
     np.testing.assert_allclose(hits[hit], expected[hit], atol=1e-6 * D, rtol=0)
+
+
+def test_a_batch_lands_as_one_grain_after_another():
+    """Many flights through a small disc, so that most land on grains of the same batch."""
+    rng = np.random.default_rng(8)
+    directions = random_directions(rng, 300)
+    off = random_in_disc(rng, 300) * 6 * D
+    u, v = find_perpendicular(directions)
+    starts = off[:, :1] * u + off[:, 1:] * v - 20 * D * directions
+    hits = first_hits(cKDTree(np.zeros((1, 3))), starts, directions, D, 40 * D)
+    landed, expected = land_in_order(starts, directions, hits, D), np.empty((0, 3))
+    for start, direction, hit in zip(starts, directions, hits, strict=True):
+        apart = expected - start
+        along = apart @ direction
+        square = ((apart - along[:, None] * direction) ** 2).sum(axis=1)
+        hit = flight_length(along, square, D).min(initial=hit)
+        if np.isfinite(hit):
+            expected = np.concatenate([expected, [start + hit * direction]])
+    assert len(expected) > 3 * np.isfinite(hits).sum() > 0
+    np.testing.assert_array_equal(landed[np.isfinite(landed[:, 0])], expected)
 
 
 def grown_one_by_one(grains, seed):
