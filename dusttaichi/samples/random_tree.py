@@ -115,7 +115,7 @@ class _Batch:
 
     def settle(self) -> int:
         """Make trials again until they are those of one after another; the number of these."""
-        trials = np.arange(len(self.positions))
+        trials: NDArray[np.integer] = np.arange(len(self.positions))
         numbers = len(self._x) + trials  # of the grains, if each trial has success
         for _ in range(ROUNDS):
             before = self.positions.copy()

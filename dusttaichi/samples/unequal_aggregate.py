@@ -28,7 +28,7 @@ from dusttaichi.samples.growing_targets import Targets
 from dusttaichi.samples.mixture import Grains
 from dusttaichi.scene.making import report_progress
 
-FEW = 1000  # grains that are shot one by one, which is faster
+FEW = 20_000  # grains that are shot one by one: batches are short before and cost more
 BATCH = 1 / 16  # shots of a batch over the grains so far,
 LEAST_BATCH, LARGEST_BATCH = 16, 4000  # and their bounds
 
