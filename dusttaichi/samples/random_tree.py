@@ -111,7 +111,8 @@ class _Batch:
     @property
     def is_success(self) -> NDArray[np.bool_]:
         """True of trials that place their grain."""
-        return np.isfinite(self.positions[:, 0])
+        success: NDArray[np.bool_] = np.isfinite(self.positions[:, 0])
+        return success
 
     def settle(self) -> int:
         """Make trials again until they are those of one after another; the number of these."""

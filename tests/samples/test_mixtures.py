@@ -133,7 +133,7 @@ def test_a_packing_has_the_filling_factor_and_no_overlap():
     [
         {"grains": 400, "filling_factor": 0.2},
         {"grains": 250, "filling_factor": 0.15, **MIXED},
-        {"grains": 120, "filling_factor": 0.21, "seed": 3, **MIXED},  # with trials without success
+        {"grains": 120, "filling_factor": 0.21, **MIXED},  # with trials without success
     ],
 )
 def test_a_tree_grown_in_batches_is_that_of_one_trial_after_another(block, monkeypatch):
