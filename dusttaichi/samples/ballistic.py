@@ -68,6 +68,7 @@ def first_hits(
     directions: NDArray[np.float64],
     distance: float,
     longest: float | NDArray[np.float64],
+    *,
     numbers: NDArray[np.integer] | None = None,
     measure: Flights | None = None,
 ) -> np.ndarray:

@@ -63,7 +63,7 @@ class Targets:
         for first, tree in zip(self._firsts, self._trees, strict=True):
             of_tree = None if measure is None else _shift_targets(measure, first)
             farthest = np.minimum(hits, longest)
-            flights = first_hits(tree, starts, directions, distance, farthest, None, of_tree)
+            flights = first_hits(tree, starts, directions, distance, farthest, measure=of_tree)
             hits = np.minimum(hits, flights)
         return hits
 
@@ -92,7 +92,7 @@ def land_in_order(
     reach, farthest = distance * (1 + ROUNDING), np.minimum(hits, span) + distance
     tree = scipy.spatial.cKDTree(landed[rows])
     queue = np.flatnonzero(
-        np.isfinite(first_hits(tree, starts, directions, reach, farthest, rows + 1))
+        np.isfinite(first_hits(tree, starts, directions, reach, farthest, numbers=rows + 1))
     ).tolist()
     heapify(queue)
     last = -1

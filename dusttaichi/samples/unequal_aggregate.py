@@ -108,7 +108,9 @@ class _Batch:
         hits = np.minimum(self._hits[rows, flights], self._longest)
         starts, directions = self._starts[rows, flights], self._directions[rows, flights]
         tree = scipy.spatial.cKDTree(landed[present])
-        nearer = first_hits(tree, starts, directions, self._distance, hits, first[present], measure)
+        nearer = first_hits(
+            tree, starts, directions, self._distance, hits, numbers=first[present], measure=measure
+        )
         queue = np.unique(rows[np.isfinite(nearer)]).tolist()
         heapify(queue)
         last = -1

@@ -108,7 +108,7 @@ REFUSED = {
         ({"size": ["9 um"] * 3, "aspect": 2}, "sample.aspect = 2: it is allowed only together"),
         ({"size": ["1 um"] * 3}, "sample.size: 1 x 1 x 1 µm is too small for a grain"),
         ({"size": ["1 cm"] * 3}, "sample: the aggregate would have some"),
-        ({"grains": 10**9}, "allowed: 2e+06"),
+        ({"grains": 10**9}, "allowed: 4e+06"),
         ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect closer to 1"),
         ({"grains": 9, "sizes": SIZES | {"smallest": "1 um"}}, "above smallest"),
         ({"grains": 9, "sizes": {"kind": "list", "radii": ["1 um"], "shares": [1, 2]}}, "1 and no"),
