@@ -192,4 +192,6 @@ class MemberBodies(Encounter):
 
     def find_fragments(self) -> Fragments:
         """The Fragments now."""
-        return sum_fragments(self.label_grains(), self.masses, self.radii, self.measure_grains())
+        motion, label = self.measure_grains(), self.label_grains()
+        fragments: Fragments = sum_fragments(label, self.masses, self.radii, motion)
+        return fragments
