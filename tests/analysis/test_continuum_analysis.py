@@ -182,7 +182,7 @@ def test_no_share_of_numerical_dissipation_where_nothing_is_lost():
     }
     # gains that make up for losses
     numbers = numerical_dissipation(ledger_of(1.0, shear=-0.40, grid=0.45))
-    assert "45% of the energy; all losses, 5% of it," in numbers["numerical_dissipation_problem"]
+    assert "45 % of the energy; all losses, 5 % of it," in numbers["numerical_dissipation_problem"]
 
 
 def test_the_laws_of_the_laboratory():
