@@ -90,7 +90,9 @@ def run(scene, directory):
         opening = Opening(scene, directory, lock, sampled=sampled, **others)
         built = opening.method.build
         opening.method = replace(opening.method, build=build)
-        opening.open().go()
+        run = opening.open()
+        with run.files:
+            run.go()
     processor.lap("output")
     processor.seconds.pop("made")  # measured alone
     return processor.seconds

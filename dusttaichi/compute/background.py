@@ -38,6 +38,11 @@ class Background:
         self.seconds, self.done = 0.0, 0
 
     @property
+    def has_begun(self) -> bool:
+        """True where its process has been started, and has not ended."""
+        return self._process is not None
+
+    @property
     def busy(self) -> bool:
         """True while it works."""
         return self._thread is not None and self._thread.is_alive()

@@ -108,17 +108,16 @@ class Motion:
             x, v = x - cell.across(crossed, time), v - cell.speeds_across(crossed, time)
         out = np.empty((3, self.bodies.count, 3))
         for row, values in zip(out, (x, v, w), strict=True):
-            row[self.state.order] = values
+            values.take(self.state.rank, axis=0, out=row, mode="clip")
         return out
 
     def measure_positions(self):
         """Positions of the grains [um], (N, 3), as `measure` has them."""
-        x, out = self.state.of_grains("x"), np.empty((self.bodies.count, 3))
+        x = self.state.of_grains("x")
         cell, time = self.environment.cell, self.environment.time
         if cell is not None:
             x = x - cell.across(cell.outside(x, time), time)
-        out[self.state.order] = x
-        return out
+        return x.take(self.state.rank, axis=0)
 
     def masses_and_inertias(self):
         """Masses [pg] and moments of inertia [pg um^2], (N, 1) each, in the sample's order."""

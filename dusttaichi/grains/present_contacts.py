@@ -61,7 +61,7 @@ class Contacts:
         return contacts | {"pointer_i": first, "pointer_j": second}
 
     def _measure_touching(self, rows, bodies, radii, names):
-        """(which of the pairs in these rows of `lanes` touch, their histories, normals, a dict).
+        """(numbers of the pairs in these rows of `lanes` that touch, histories, normals, a dict).
 
         bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the
         dict are the overlap, the loads and their parts of these names, and the numbers of the
@@ -69,11 +69,13 @@ class Contacts:
         """
         layout = self._state.layout
         history, load = (self._state.rows_of(name, rows) for name in ("history", "load"))
-        touch = touching(layout, history)
-        rows, history, (r1, r2) = rows[touch], history[touch], (r[touch] for r in radii)
+        touch = np.flatnonzero(touching(layout, history))
+        rows, (r1, r2) = rows[touch], (r[touch] for r in radii)
+        # sooner than by an index
+        history, load = (values.take(touch, axis=0) for values in (history, load))
         d = self.distances(rows, *(body[touch] for body in bodies))
         distance = measure_rows(d)
-        load = load[touch].astype(float)
+        load = load.astype(float, copy=False)
         load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
         contacts = {"overlap": r1 + r2 - distance, "force": load[0]}
         contacts |= {"torque_i": load[1], "torque_j": load[2]}
@@ -83,7 +85,8 @@ class Contacts:
     def distances(self, rows, i, j):
         """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
         x, cell = self._state["x"], self._environment.cell
-        d = x[i] - x[j]
+        d = x.take(i, axis=0)
+        d -= x.take(j, axis=0)
         if cell is not None:
             d -= cell.across(self.crossed_edges(rows), self._environment.time)
         return d

@@ -26,7 +26,8 @@ from dusttaichi.results.integrity import (
 from dusttaichi.results.variables import Variable, record_dimension
 
 Layout = Mapping[str, Variable]  # by key
-Rows = dict[str, dict[str, NDArray[Any]]]  # group -> name -> array, records
+# group -> its records in blocks, one after the other, name -> array each
+Rows = dict[str, list[dict[str, NDArray[Any]]]]
 
 
 class Contents(NamedTuple):
@@ -133,26 +134,39 @@ def yield_file_blocks(
 ) -> Iterator[memoryview]:
     """Yield the bytes of a file, made in memory, in blocks.
 
-    rows: group -> name -> array, the records. layout, dimensions, static: as in `define`.
-    result_path: as of WorkFile. Raises OSError or RuntimeError for lack of memory.
+    rows: the records. layout, dimensions, static: as in `define`. result_path: as of WorkFile.
+    Raises OSError or RuntimeError for lack of memory.
     """
-    size = sum(values.nbytes for arrays in rows.values() for values in arrays.values())
+    size = count_bytes(rows)
     size += sum(np.asarray(values).nbytes for values in static.values())
     with WorkFile(result_path, 2 * size + OVERHEAD) as work:
         with netCDF4.Dataset(work.path, "w", format="NETCDF4") as file:
             work.hide()
             define(file, layout, dimensions, static)
-            file.set_auto_maskandscale(False)
             write_attributes(file, attributes)
-            for group, arrays in rows.items():
-                folder = folder_of(file, group)
-                for name, values in arrays.items():
-                    folder[name][: len(values)] = values
+            write_rows(file, rows)
         yield from work.blocks()
 
 
+def count_bytes(rows: Rows) -> int:
+    """Bytes of all records."""
+    return sum(a.nbytes for blocks in rows.values() for block in blocks for a in block.values())
+
+
+def write_rows(file: Any, rows: Rows, starts: Mapping[str, int] | None = None) -> None:
+    """Write records into an open file. starts: group -> number of the first one, 0 by default."""
+    file.set_auto_maskandscale(False)
+    for group, blocks in rows.items():
+        folder, begin = folder_of(file, group), (starts or {}).get(group, 0)
+        for block in blocks:
+            end = begin + len(next(iter(block.values())))
+            for name, values in block.items():
+                folder[name][begin:end] = values
+            begin = end
+
+
 def read_records(path: str | Path, layout: Layout, counts: Mapping[str, int]) -> Rows:
-    """The first `counts` records of each group of a file: group -> name -> array.
+    """The first `counts` records of each group of a file.
 
     Raises DustError where it cannot be read.
     """
@@ -161,7 +175,7 @@ def read_records(path: str | Path, layout: Layout, counts: Mapping[str, int]) ->
         file.set_auto_maskandscale(False)
         for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
             values = folder_of(file, variable.group)[variable.name][: counts[variable.group]]
-            records.setdefault(variable.group, {})[variable.name] = values
+            records.setdefault(variable.group, [{}])[0][variable.name] = values
     return records
 
 

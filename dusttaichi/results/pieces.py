@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import netCDF4
-import numpy as np
 
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
@@ -45,20 +44,24 @@ from dusttaichi.results.integrity import (
 from dusttaichi.results.layout import (
     Contents,
     copy_records,
+    count_bytes,
     define,
     describe,
     readable,
     write_attributes,
+    write_rows,
     yield_file_blocks,
 )
 from dusttaichi.results.run_lock import RunLock
 
 if TYPE_CHECKING:
-    from dusttaichi.results.layout import Rows
+    from dusttaichi.compute.background import Background
+    from dusttaichi.results.waiting import Batch
 
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
 CONTINUES, STARTS = "continues", "starts"  # of a part: that identity; first records, as JSON
+MARGIN = 1_000_000  # bytes of a joined file beside its records
 OWN = IDENTITY, CONTINUES, STARTS, DIGEST  # attributes of one file, not of its continuation
 
 
@@ -148,6 +151,11 @@ def _parts(path: str | Path) -> list[Path]:
     return sorted(parts_folder(path).glob("[0-9]*.nc"))
 
 
+def sizes_of(path: Path) -> list[int]:
+    """Bytes of the files of the result at `path`."""
+    return [file.stat().st_size for file in (path, *_parts(path))]
+
+
 def remove_parts(path: str | Path, last_number: int = 0) -> None:
     """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
     for part_path in reversed(_parts(path)):
@@ -170,19 +178,6 @@ def acquire_lock(path: Path, lock: RunLock | None) -> Iterator[RunLock]:
         if lock is None:
             acquired.release()
         raise
-
-
-def append_blocks(rows: Rows, blocks: Rows) -> Rows:
-    """Two sets of arrays one after the other, each group -> name -> array."""
-    joined = {
-        group: {
-            name: np.concatenate([rows[group][name], block_values])
-            for name, block_values in block.items()
-        }
-        for group, block in blocks.items()
-        if group in rows
-    }
-    return rows | blocks | joined
 
 
 def make_exists_error(path: str | Path, remainder: str = "it") -> DustError:
@@ -229,14 +224,40 @@ def build_write_error(
     )
 
 
-def join(path: Path, lock: RunLock | None = None) -> str:
+def join(
+    path: Path,
+    lock: RunLock | None = None,
+    background: Background | None = None,
+    last: Batch | None = None,
+) -> str:
     """Join the pieces of the result at `path` into one file; returns its identity.
 
-    In a separate process, since HDF5 does not recover from a failed write. lock: the RunLock of the
-    directory, which that process holds, too, in case this one is killed. Raises DustError; nothing
-    is lost then.
+    In a separate process, since HDF5 does not recover from a failed write: that of `background` if
+    it has begun. lock: the RunLock of the directory, which that process holds, too, in case this
+    one is killed. last: records that are not on disk and that end the file, with a background.
+    Raises DustError; nothing is lost then.
     """
     identity = new_identity()
+    if background is not None and background.has_begun:
+        background.start((join_pieces, path, identity, last))
+        error = background.wait()
+        reason = "" if error is None else _explain_joining(error, path)
+        if error is not None:
+            background.close()  # HDF5 may not work any more
+    else:
+        reason = _join_in_process(path, identity, lock)
+    if reason:
+        remove(_temporary(path))
+        raise DustError(
+            f"The parts of {path} could not be joined into one file: {reason}. Nothing is lost: "
+            f"they are in {parts_folder(path)} and are read from there. Remove the cause and join "
+            "them with --resume."
+        )
+    return identity
+
+
+def _join_in_process(path: Path, identity: str, lock: RunLock | None) -> str:
+    """Join the pieces in a process that ends with it; returns why it could not, or ""."""
     command = python_command("dusttaichi.results.pieces", path, identity)
     process = subprocess.run(
         command,
@@ -246,38 +267,37 @@ def join(path: Path, lock: RunLock | None = None) -> str:
         pass_fds=[] if lock is None else lock.descriptors,
         start_new_session=True,  # Ctrl-C waits for its end
     )
-    if process.returncode != 0:
-        remove(_temporary(path))
-        last = (process.stderr.strip().splitlines() or ["no message"])[-1]
-        if process.returncode < 0:
-            last = f"HDF5 was ended by signal {-process.returncode}, as after a failed write"
-        raise DustError(
-            f"The parts of {path} could not be joined into one file: {last}. Nothing is lost: they "
-            f"are in {parts_folder(path)} and are read from there. Remove the cause and join them "
-            "with --resume."
-        )
-    return identity
+    if process.returncode < 0:
+        return f"HDF5 was ended by signal {-process.returncode}, as after a failed write"
+    if process.returncode > 0:
+        return (process.stderr.strip().splitlines() or ["no message"])[-1]
+    return ""
 
 
-def _put_together(path: Path, identity: str) -> None:
+def _put_together(path: Path, identity: str, last: Batch | None = None) -> None:
     """Replace the file at `path` by the joined one of that identity. Raises OSError, DustError.
 
-    A run calls it in `numbers_unread`: it has written the files or verified those that it
-    continued, and numbers are checked as they are copied.
+    last: see `join`. A run calls it in `numbers_unread`: it has written the files or verified those
+    that it continued, and numbers are checked as they are copied.
     """
-    pieces, parent = pieces_of(path), os.getppid()
-    layout, sizes, static, attributes, _ = describe(pieces[-1].path)
+    pieces, parent, rows = pieces_of(path), os.getppid(), {}
+    if last is None:
+        layout, sizes, static, attributes, _ = describe(pieces[-1].path)
+    else:
+        _, (layout, sizes, static, rows), attributes, _ = last.arguments
+        pieces = [piece for piece in pieces if piece.number < last.number]
+        pieces[-1] = pieces[-1]._replace(ends={g: last.starts[g] for g in pieces[-1].ends})
     first, temporary = pieces[0], _temporary(path)
     first_layout, *_, present = describe(path)
-    fits = set(first_layout) == set(layout) and all(
-        present[g] <= n for g, n in pieces[-1].ends.items()
-    )
+    ends = pieces[-1].ends | (last.ends if last is not None else {})
+    fits = set(first_layout) == set(layout) and all(present[g] <= n for g, n in ends.items())
     if fits:  # its records remain; those that are replaced are overwritten
         clone(path, temporary)
         pieces = pieces[1:]
     else:
         temporary.write_bytes(b"")
-    reserve(temporary, sum(piece.path.stat().st_size for piece in pieces) + 1_000_000)
+    size = sum(piece.path.stat().st_size for piece in pieces) + count_bytes(rows)
+    reserve(temporary, size + MARGIN)
     with netCDF4.Dataset(temporary, "a" if fits else "w", format="NETCDF4") as joined_file:
         if not fits:
             define(joined_file, layout, sizes, static)
@@ -287,6 +307,7 @@ def _put_together(path: Path, identity: str) -> None:
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
             with open_result(piece.path) as piece_file:
                 copy_records(piece_file, joined_file, layout, counts, piece.starts)
+        write_rows(joined_file, rows, None if last is None else last.starts)
         attributes = {k: v for k, v in attributes.items() if k not in OWN}
         write_attributes(joined_file, attributes | place(identity))
     replace_atomically(temporary, first.path)
@@ -301,11 +322,23 @@ def main(arguments: list[str]) -> None:
     """Entry point of the joining process: path of the result, identity of the joined one."""
     path, identity = Path(arguments[0]), arguments[1]
     try:
-        with numbers_unread():
-            _put_together(path, identity)
+        join_pieces(path, identity)
     except (OSError, RuntimeError, DustError) as error:
+        sys.exit(_explain_joining(error, path))
+
+
+def join_pieces(path: Path, identity: str, last: Batch | None = None) -> None:
+    """Join the pieces of a result in this process, see `join`. Raises OSError, DustError."""
+    try:
+        with numbers_unread():
+            _put_together(path, identity, last)
+    except BaseException:
         remove(_temporary(path))
-        sys.exit(str(error) if isinstance(error, DustError) else explain(error, path))
+        raise
+
+
+def _explain_joining(error: BaseException, path: Path) -> str:
+    return str(error) if isinstance(error, DustError) else explain(error, path)
 
 
 if __name__ == "__main__":

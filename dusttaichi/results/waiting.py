@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dusttaichi.results.layout import ragged_groups
+from dusttaichi.results.layout import count_bytes, ragged_groups
 
 if TYPE_CHECKING:
     from dusttaichi.results.layout import Rows
     from dusttaichi.results.variables import Variable
 
 
+MERGED = 1_000_000  # bytes up to which blocks of records become one
+
+
 class Batch(NamedTuple):
     """Records that go to disk at once.
 
-    number, starts: of their piece; blocks: group -> name -> array; records: of each group before
-    them; arguments: of pieces.write_piece.
+    number, starts: of their piece; blocks: the records; records: of each group before them;
+    arguments: of pieces.write_piece.
     """
 
     number: int
@@ -30,13 +33,18 @@ class Batch(NamedTuple):
     arguments: tuple[Path, tuple[Any, ...], dict[str, Any], Path]
 
     @property
+    def ends(self) -> dict[str, int]:
+        """Records of each group with these."""
+        return {g: n + count_rows(self.rows.get(g, [])) for g, n in self.starts.items()}
+
+    @property
     def file(self) -> Path:
         """Path of the piece."""
         return self.arguments[0]
 
     @property
     def rows(self) -> Rows:
-        """Group -> name -> array: all records of the piece."""
+        """All records of the piece."""
         rows: Rows = self.arguments[1][-1]
         return rows
 
@@ -65,14 +73,14 @@ class WaitingRecords:
                 entry = v.dtype, tuple(sizes[d] for d in v.dims[1:])
                 self._entries.setdefault(v.group, {})[v.name] = entry
 
-    def append(self, group: str, record: Mapping[str, Any]) -> None:
+    def append(self, group: str, record: Mapping[str, Any], *, copy: bool = True) -> None:
         """Store one record, or a block of them, as `Writer.append` does. Raises ValueError."""
         expected = self._entries.get(group, {})
         if record.keys() != expected.keys():
             raise ValueError(f"{group} takes {sorted(expected)}, not {sorted(record)}")
         block, lengths = {}, set()
         for name, (kind, tail) in expected.items():
-            data = np.array(record[name], dtype=kind)
+            data = (np.array if copy else np.asarray)(record[name], dtype=kind)
             data = data[np.newaxis] if data.ndim == len(tail) else data
             if data.shape[1:] != tail:
                 raise ValueError(f"{group}/{name} has shape {data.shape[1:]}, not {tail}")
@@ -84,28 +92,19 @@ class WaitingRecords:
 
     def rows(self, group: str) -> int:
         """Number of records of a group."""
-        return sum(len(next(iter(block.values()))) for block in self._blocks[group])
+        return count_rows(self._blocks[group])
 
     @property
     def nbytes(self) -> int:
         """Bytes of all records."""
-        return sum(
-            values.nbytes
-            for blocks in self._blocks.values()
-            for block in blocks
-            for values in block.values()
-        )
+        return count_bytes(self._blocks)
 
     def take(self) -> Rows:
-        """Remove all records: group -> name -> array. Raises ValueError for wrong ragged rows."""
-        records_by_group = {
-            group: {name: _concatenate([b[name] for b in blocks]) for name in blocks[0]}
-            for group, blocks in self._blocks.items()
-            if blocks
-        }
+        """Remove all records. Raises ValueError for wrong ragged rows."""
+        records_by_group = {group: merge(blocks) for group, blocks in self._blocks.items() if blocks}
         for group, count in ragged_groups(self._layout).items():
-            counted, rows = records_by_group.get(count.group, {}).get(count.name), self.rows(group)
-            expected = 0 if counted is None else counted.sum()
+            counted, rows = records_by_group.get(count.group, []), self.rows(group)
+            expected = sum(int(block[count.name].sum()) for block in counted)
             if expected != rows:
                 raise ValueError(
                     f"{group} has {rows} rows since the last flush, {count.name} {expected}"
@@ -115,10 +114,34 @@ class WaitingRecords:
 
     def put_back(self, records_by_group: Rows) -> None:
         """Put records that `take` removed before those that have come since."""
-        for group, block in records_by_group.items():
-            self._blocks[group].insert(0, block)
+        for group, blocks in records_by_group.items():
+            self._blocks[group][:0] = blocks
 
 
-def _concatenate(blocks: list[NDArray[Any]]) -> NDArray[Any]:
-    """The arrays one after another; a single array is not copied."""
-    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+def append_blocks(rows: Rows, blocks: Rows) -> Rows:
+    """Two sets of records one after the other."""
+    joined = {group: merge([*rows.get(group, []), *added]) for group, added in blocks.items()}
+    return rows | joined
+
+
+def count_rows(blocks: list[dict[str, NDArray[Any]]]) -> int:
+    """Number of records in blocks."""
+    return sum(len(next(iter(block.values()))) for block in blocks)
+
+
+def merge(blocks: list[dict[str, NDArray[Any]]]) -> list[dict[str, NDArray[Any]]]:
+    """The same records in fewer blocks; large ones are not copied."""
+    runs: list[list[dict[str, NDArray[Any]]]] = []  # of blocks that become one
+    size = MERGED
+    for block in blocks:
+        added = count_bytes({"": [block]})
+        if size + added > MERGED:
+            runs.append([])
+            size = 0
+        runs[-1].append(block)
+        size += added
+    return [run[0] if len(run) == 1 else _concatenate(run) for run in runs]
+
+
+def _concatenate(blocks: list[dict[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}

@@ -15,13 +15,14 @@ from dusttaichi.results import pieces
 from dusttaichi.results.files import parts_folder
 from dusttaichi.results.layout import Contents, Rows, read_records
 from dusttaichi.results.variables import LABELS, Variable
-from dusttaichi.results.waiting import Batch, WaitingRecords
+from dusttaichi.results.waiting import Batch, WaitingRecords, append_blocks
 
 if TYPE_CHECKING:
     from dusttaichi.compute.background import Background
     from dusttaichi.results.run_lock import RunLock
 
 PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
+COPIED = 1_000_000_000  # bytes of files up to which the last records wait for their joining
 
 
 def _format_time() -> str:
@@ -49,7 +50,7 @@ class Writer(AbstractContextManager["Writer"]):
         # the current piece: its number (0 is the result itself), its first records
         self._number, self._starts, self._identity = 0, dict.fromkeys(self._records, 0), ""
         self._size = 0  # of that piece [bytes]
-        self._written: Rows = {}  # its records that are on disk, group -> name -> array
+        self._written: Rows = {}  # its records that are on disk
         self._alone = False  # there are no later parts, of a run that had progressed further
         self._changed = False
         self._last_time = None
@@ -113,18 +114,9 @@ class Writer(AbstractContextManager["Writer"]):
     ) -> Writer:
         """Continue the file at `path`; further records are dropped with the first flush.
 
-        Parameters
-        ----------
-        path : path
-        counts : dict
-            Group -> records, see `counts()`.
-        lock : RunLock, optional
-            An acquired lock, which the caller releases.
-
-        Raises
-        ------
-        DustError
-            The file is missing, damaged or shorter than the counts, or another run has the lock.
+        counts: group -> records, see `counts()`. lock: an acquired one, which the caller releases.
+        Raises DustError where the file is missing, damaged or shorter than the counts, or another
+        run has the lock.
         """
         path = Path(path)
         if not path.exists():
@@ -138,7 +130,7 @@ class Writer(AbstractContextManager["Writer"]):
             writer._owns_lock = lock is None
         return writer
 
-    def append(self, group: str, record: Mapping[str, Any]) -> None:
+    def append(self, group: str, record: Mapping[str, Any], *, copy: bool = True) -> None:
         """Store one record of a group in memory.
 
         Parameters
@@ -149,13 +141,15 @@ class Writer(AbstractContextManager["Writer"]):
         record : dict
             Name -> number or array in the shape of the variable without its first dimension; a
             block of records includes the first dimension.
+        copy : bool
+            Without it, arrays of the type of the file are kept, and must not change.
 
         Raises
         ------
         ValueError
             The record lacks a variable of the group.
         """
-        self._waiting.append(group, record)
+        self._waiting.append(group, record, copy=copy)
         self._changed = True
 
     @property
@@ -164,14 +158,7 @@ class Writer(AbstractContextManager["Writer"]):
         return tuple(self._records)
 
     def add(self, variables: Sequence[Variable], sizes: Mapping[str, int] | None = None) -> None:
-        """Add groups of growing variables; in the file from the next flush.
-
-        Parameters
-        ----------
-        variables : sequence of Variable
-        sizes : dict
-            As in `create`.
-        """
+        """Add groups of growing variables; in the file from the next flush. sizes: see `create`."""
         self.flush()
         self._dimensions |= sizes or {}
         self._sizes |= sizes or {}
@@ -204,17 +191,10 @@ class Writer(AbstractContextManager["Writer"]):
         return self._waiting.nbytes
 
     def flush(self) -> float:
-        """Write everything to disk.
+        """Write everything to disk; returns the seconds that it took (0.0 without changes).
 
-        Returns
-        -------
-        float
-            Seconds that it took (0.0 without changes).
-
-        Raises
-        ------
-        DustError
-            The file cannot be written; nothing is lost then, and flush may be called again.
+        Raises DustError where the file cannot be written; nothing is lost then, and flush may be
+        called again.
         """
         self.settle()
         if not self._changed:
@@ -232,16 +212,8 @@ class Writer(AbstractContextManager["Writer"]):
     def begin_flush(self, background: Background, *calls: tuple[Any, ...]) -> None:
         """Begin to write everything by a Background, which `settle` and every `flush` wait for.
 
-        Parameters
-        ----------
-        background : Background
-        *calls : tuple
-            Further calls of the Background, after this one.
-
-        Raises
-        ------
-        DustError
-            The file before cannot be written; its records are in memory again.
+        calls: further ones of the Background, after this one. Raises DustError where the file
+        before cannot be written; its records are in memory again.
         """
         self.settle()
         if (batch := self._take() if self._changed else None) is not None:
@@ -256,10 +228,7 @@ class Writer(AbstractContextManager["Writer"]):
     def settle(self) -> float:
         """Wait for the file that a Background writes, if any; returns the seconds that it took.
 
-        Raises
-        ------
-        DustError
-            It cannot be written; its records are in memory again.
+        Raises DustError where it cannot be written; its records are in memory again.
         """
         if self._pending is None:
             return 0.0
@@ -274,18 +243,40 @@ class Writer(AbstractContextManager["Writer"]):
             raise error if isinstance(error, DustError) else DustError(f"{self.path}: {error}")
         return background.seconds
 
-    def join(self) -> None:
-        """Join all files on disk into one.
+    def join(self, background: Background | None = None) -> None:
+        """Join all files on disk into one, by a Background if it has begun.
 
-        Raises
-        ------
-        DustError
-            The file cannot be written; nothing is lost then.
+        Raises DustError where the file cannot be written; nothing is lost then.
         """
+        if self.join_at_once(background):
+            return
         self.flush()
         if self._number:
-            identity = pieces.join(self.path, self._lock)
+            identity = pieces.join(self.path, self._lock, background)
             self._continue_from(0, dict.fromkeys(self._records, 0), identity)
+
+    def join_at_once(self, background: Background | None) -> bool:
+        """Write everything and join all files by a Background without a file in between.
+
+        False where it has not begun, or the files are large, so that a kill would lose much, or few
+        records wait, or that has failed.
+        """
+        self.settle()
+        can_join = background is not None and background.has_begun and self.bytes_waiting >= PIECE
+        if not can_join or not (self._number or self._size >= PIECE):
+            return False
+        if sum(pieces.sizes_of(self.path)) > COPIED:
+            return False
+        batch = self._take()
+        try:
+            last = batch._replace(blocks={})
+            identity = pieces.join(self.path, self._lock, background, last)
+        except DustError as error:
+            self._put_back(batch, error)
+            return False
+        self._note_time(batch)
+        self._continue_from(0, dict.fromkeys(self._records, 0), identity)
+        return True
 
     def close(self) -> None:
         """Flush and release the lock (also where the flush fails)."""
@@ -317,7 +308,7 @@ class Writer(AbstractContextManager["Writer"]):
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
             number, starts, rows = number + 1, dict(self._records), {}
-        rows = pieces.append_blocks(rows, blocks)
+        rows = append_blocks(rows, blocks)
         own = pieces.place(self._identity, starts if number else None)
         attributes = self._attributes | {"date_modified": _format_time()} | own
         contents = dict(self._layout), dict(self._dimensions), self._static, rows
@@ -339,8 +330,11 @@ class Writer(AbstractContextManager["Writer"]):
         self._size = batch.file.stat().st_size
         self._written = batch.rows if self._size < PIECE else {}
         self._alone = True
+        self._note_time(batch)
+
+    def _note_time(self, batch: Batch) -> None:
         if "series" in batch.blocks:
-            self._last_time = batch.blocks["series"]["time"][-1]
+            self._last_time = batch.blocks["series"][-1]["time"][-1]
 
     def _put_back(self, batch: Batch, error: BaseException) -> DustError:
         """Take the records of a Batch that could not be written into memory; the DustError."""

@@ -90,7 +90,11 @@ def take_records(sim: Engine, group_name: str) -> Records:
     records, converted = list(sim.records(group_name)), []
     while records:  # a group is freed before the next one is converted
         group, record = records.pop(0)
-        converted.append((group, in_si(sim, group, record)))
+        values = in_si(sim, group, record)
+        for name, value in values.items():
+            if value is record[name] and isinstance(value, np.ndarray):  # maybe of the simulation
+                values[name] = value.copy()
+        converted.append((group, values))
     return converted
 
 

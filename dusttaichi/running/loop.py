@@ -106,7 +106,7 @@ class Run:
             yield
         except GuardStop as stop:
             self.writer.set_status(f"stopped by guard: {stop}")
-            self.writer.join()
+            self.files.join()
             raise
 
     def advance_to(self, step: int | None) -> None:
@@ -162,7 +162,7 @@ class Run:
         """Write records of "profiles" or "snapshots" now; returns them, (group, record) pairs."""
         records = activities.take_records(self.sim, group_name)
         for group, entry in records:
-            self.writer.append(group, entry)
+            self.writer.append(group, entry, copy=False)
         return records
 
     def stop_if_interrupted(self) -> None:
@@ -198,7 +198,7 @@ class Run:
         """
         self.before_end = self.writer.counts(), self.state.last_snapshot
         self.files.save(self, self._end)
-        self.writer.join()
+        self.files.join()
 
     def _end(self) -> None:
         self.snapshots.act()

@@ -62,16 +62,22 @@ class RunFiles(AbstractContextManager["RunFiles"]):
         self.cost = self.writer.flush()
         self.flushed = real_time.perf_counter()
 
-    def save(self, run: Run, last: Callable[[], object] = lambda: None) -> None:
+    def save(self, run: Run, last: Callable[[], object] | None = None) -> None:
         """Write the result, then the checkpoint, which is never ahead of the result.
 
-        last: adds records that the result has and a continuation will not.
+        last: adds the last records of the run, which the result has and a continuation will not.
         """
         state, meta = self._checkpoint(run)
-        last()
-        self.flush()
+        if last is not None:
+            last()
+        if last is None or not self.writer.join_at_once(self._background):
+            self.flush()
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
         self.saved = real_time.perf_counter()
+
+    def join(self) -> None:
+        """Put all records on disk, in one file."""
+        self.writer.join(self._background)
 
     def write_if_due(self, run: Run) -> None:
         """Flush or write a checkpoint after some time; call it after the records of a step.

@@ -151,7 +151,7 @@ def fill_parts(writer):
 def joined_here(monkeypatch):
     """Parts are joined in this process, not in one of its own."""
 
-    def join(path, lock):
+    def join(path, lock, background):
         identity = pieces.new_identity()
         pieces._put_together(path, identity)
         return identity
