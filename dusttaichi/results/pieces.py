@@ -56,6 +56,7 @@ from dusttaichi.results.run_lock import RunLock
 
 if TYPE_CHECKING:
     from dusttaichi.compute.background import Background
+    from dusttaichi.results.layout import Rows
     from dusttaichi.results.waiting import Batch
 
 
@@ -280,7 +281,8 @@ def _put_together(path: Path, identity: str, last: Batch | None = None) -> None:
     last: see `join`. A run calls it in `numbers_unread`: it has written the files or verified those
     that it continued, and numbers are checked as they are copied.
     """
-    pieces, parent, rows = pieces_of(path), os.getppid(), {}
+    pieces, parent = pieces_of(path), os.getppid()
+    rows: Rows = {}
     if last is None:
         layout, sizes, static, attributes, _ = describe(pieces[-1].path)
     else:
