@@ -132,10 +132,10 @@ def count_rows(blocks: list[dict[str, NDArray[Any]]]) -> int:
 def merge(blocks: list[dict[str, NDArray[Any]]]) -> list[dict[str, NDArray[Any]]]:
     """The same records in fewer blocks; large ones are not copied."""
     runs: list[list[dict[str, NDArray[Any]]]] = []  # of blocks that become one
-    size = MERGED
+    size = 0
     for block in blocks:
         added = count_bytes({"": [block]})
-        if size + added > MERGED:
+        if not runs or size + added > MERGED:
             runs.append([])
             size = 0
         runs[-1].append(block)

@@ -119,4 +119,5 @@ def test_large_blocks_of_records_are_not_copied():
     small = [{"a": np.full(3, float(n))} for n in range(4)]
     merged = waiting.merge([*small[:2], large, *small[2:]])
     assert [len(block["a"]) for block in merged] == [6, waiting.MERGED, 6]
+    assert [len(block["a"]) for block in waiting.merge([{"a": np.zeros(0)}, small[0]])] == [3]
     assert merged[1] is large and list(merged[2]["a"]) == [2.0, 2.0, 2.0, 3.0, 3.0, 3.0]
