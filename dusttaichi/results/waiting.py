@@ -101,7 +101,7 @@ class WaitingRecords:
 
     def take(self) -> Rows:
         """Remove all records. Raises ValueError for wrong ragged rows."""
-        records_by_group = {group: merge(blocks) for group, blocks in self._blocks.items() if blocks}
+        records_by_group = {g: merge(blocks) for g, blocks in self._blocks.items() if blocks}
         for group, count in ragged_groups(self._layout).items():
             counted, rows = records_by_group.get(count.group, []), self.rows(group)
             expected = sum(int(block[count.name].sum()) for block in counted)
