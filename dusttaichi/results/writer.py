@@ -142,7 +142,7 @@ class Writer(AbstractContextManager["Writer"]):
             Name -> number or array in the shape of the variable without its first dimension; a
             block of records includes the first dimension.
         copy : bool
-            Without it, arrays of the type of the file are kept, and must not change.
+            Without it, arrays of the type of the file are taken as they are, and must not change.
 
         Raises
         ------
