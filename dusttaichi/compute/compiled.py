@@ -50,7 +50,7 @@ class Structures:
     """
 
     def __init__(self):
-        self._compiled, self._access = [], None
+        self._compiled, self._access, self._fresh = [], None, None
 
     def get(self, key, scene, threads, compile_for):
         """The Compiled of a key, and Taichi runs with its program.
@@ -66,7 +66,7 @@ class Structures:
         if len(living) < len(self._compiled):
             self._compiled = living
             gc.collect()  # kernels refer to themselves: 23 MB of each program
-        compiled = compile_for(key)
+        compiled = self._fresh = compile_for(key)
         self._compiled.append(compiled)
         PROGRAMS.lasts &= sum(array.nbytes for array in compiled.memory.values()) < LARGE
         return compiled
@@ -84,8 +84,11 @@ class Structures:
             {n: Table(f, rows.get(n, f.shape[0]), memory.get(n), access) for n, f in group.items()}
             for group in compiled.groups
         ]
-        for table in tables[0].values():
-            table.clear()
+        # new fields are zero; on a device to fill them takes a kernel each, which is compiled
+        if compiled is not self._fresh or memory:
+            for table in tables[0].values():
+                table.clear()
+        self._fresh = None
         return tables
 
 

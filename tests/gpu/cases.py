@@ -39,6 +39,41 @@ boundary: {kind: faces, bottom: rigid}
 numerics: {spacing: 100 um, threads: 1, contact: separate}
 stop: {steps: 100}
 """
+GAS = """
+name: gas
+method: continuum
+dimension: 2
+material: dust_g09
+sample: {kind: block, size: [0.6 mm, 0.6 mm]}
+boundary: {kind: open}
+charge: {per_mass: 10 C/kg}
+forces:
+  - {kind: gas_drag, stopping_time: 20 us, velocity: [0 m/s, 0 m/s, 3 m/s]}
+  - {kind: rotating_frame, angular_velocity: [0 rad/s, 1e3 rad/s, 0 rad/s]}
+  - {kind: electric_field, field: [2e3 V/m, 0 V/m, 0 V/m], frequency: 1 MHz}
+numerics: {spacing: 100 um, threads: 1, viscosity: {grid: 0.02}}
+stop: {steps: 100}
+"""
+# with all that a record has: an elastic body, heat, damage, two dusts, self-gravity
+BODIES = """
+name: bodies
+method: continuum
+dimension: 2
+material: &dust
+  {base: dust_g09, heat_capacity: 800 J/(kg K), temperature: 280 K, damage: {lg_k: 45, m: 9}}
+materials: {other: {<<: *dust, compressive: {p_m: 4 kPa}}}
+sample:
+  kind: several
+  bodies:
+    - {kind: elastic, diameter: 0.6 mm, density: 1 g/cm^3, bulk_modulus: 1 MPa, shear_ratio: 0.22,
+       position: [0 mm, 0 mm], velocity: [3 m/s, 0 m/s], spin: 1e3 rad/s}
+    - {kind: sphere, diameter: 0.6 mm, position: [0.65 mm, 0.1 mm]}
+    - {kind: sphere, diameter: 0.4 mm, position: [0 mm, 0.6 mm], material: other}
+boundary: {kind: open}
+gravity: {self_gravity: {constant: 3e5}}
+numerics: {spacing: 100 um, threads: 1, contact: separate, viscosity: {grid: 0.02}}
+stop: {steps: 100}
+"""
 
 # a weight that moves grains by more than rounding does; with it a sphere that touches grains
 WEIGHT = {"gravity.acceleration": ["0 m/s^2", "0 m/s^2", "-1e6 m/s^2"]}
@@ -47,6 +82,64 @@ LAYER = {
     "boundary": {"kind": "periodic", "axes": ["x", "y"], "walls": ["bottom", "top"]},
     "boundary.wall_speed": "3 m/s",
     "sample": {"kind": "rbd", "grains": stored_states.STORED, "seed": 3, "periodic": True},
+}
+# a tube that closes, slides and turns around them; a shell, a rod that turns and a floor at them
+TUBE = {
+    "boundary": {
+        "kind": "tube",
+        "wall_speed": "3 m/s",
+        "closing_speed": "3 m/s",
+        "axial_speed": "-1 m/s",
+        "rotation": "1e6 rad/s",
+    }
+}
+SHELL = {"kind": "sphere", "radius": "6.6 um", "velocity": ["0 m/s", "0 m/s", "-5 m/s"]}
+ROD = {
+    "kind": "cylinder",
+    "grains": "outside",
+    "radius": "2 um",
+    "centre": ["-5.22 um", "0 um", "0.6 um"],
+    "axis": [0, 1, 0],
+    "velocity": ["3 m/s", "0 m/s", "0 m/s"],
+    "spin": ["0 rad/s", "2e6 rad/s", "0 rad/s"],
+}
+FLOOR = {
+    "kind": "plane",
+    "point": ["0 m", "0 m", "-5 nm"],
+    "normal": [0, 0, 1],
+    "velocity": ["0 m/s", "1 m/s", "3 m/s"],
+    "strength": 2.0,
+}
+SURFACES = {
+    "boundary": {"kind": "box", "omit": ["bottom", "top"]},
+    "surfaces": [SHELL, ROD, FLOOR],
+}
+# the same around grains of different size, whose outermost are elsewhere
+AROUND = {
+    "boundary": {"kind": "box", "wall_speed": "0.1 m/s"},
+    "surfaces": [
+        SHELL | {"radius": "6.69 um"},
+        ROD | {"centre": ["-4.81 um", "0 um", "4.18 um"]},
+        FLOOR,
+    ],
+}
+FORCES = {
+    "charge": "1e-15 C",
+    "forces": [
+        {"kind": "gas_drag", "stopping_time": "20 ns", "velocity": ["5 m/s", "0 m/s", "0 m/s"]},
+        {"kind": "rotating_frame", "angular_velocity": ["0 rad/s", "1e6 rad/s", "3e6 rad/s"]},
+        {
+            "kind": "electric_field",
+            "field": ["1e8 V/m", "0 V/m", "1e8 V/m"],
+            "frequency": "50 MHz",
+            "magnetic_field": ["0 T", "1e6 T", "0 T"],
+        },
+    ],
+}
+GAS_OF_MOLECULES = {
+    "kind": "gas_drag",
+    "density": "1e3 kg/m^3",
+    "velocity": ["5 m/s"] + ["0 m/s"] * 2,
 }
 # Scenes of stored_states.py, also in other precisions and with other boundaries.
 GRAINS = {
@@ -69,8 +162,27 @@ GRAINS = {
     "layer_mixed": ("box", LAYER | {"numerics.precision": "mixed"}),
     "unequal_f64": ("grains of different size", {}),
     "unequal_mixed": ("grains of different size", {"numerics.precision": "mixed"}),
+    "tube_f64": ("box", TUBE),
+    "surfaces_f64": ("box", SURFACES),
+    "surfaces_unequal_mixed": (
+        "grains of different size",
+        AROUND | {"numerics.precision": "mixed"},
+    ),
+    "forces_sphere_mixed": (
+        "sphere and gravity",
+        NEAR | FORCES | {"numerics.precision": "mixed"},
+    ),
+    "forces_unequal_f64": (
+        "grains of different size",
+        FORCES | {"forces": [GAS_OF_MOLECULES, *FORCES["forces"][1:]]},
+    ),
 }
-CONTINUUM = {"dust_2d": (DUST, 4), "bead_3d": (BEAD, 3)}
+CONTINUUM = {
+    "dust_2d": (DUST, 4),
+    "bead_3d": (BEAD, 3),
+    "gas_2d": (GAS, 4),
+    "bodies_2d": (BODIES, 4),
+}
 NAMES = [*GRAINS, *CONTINUUM]
 STEPS = 60  # of grains
 
@@ -119,6 +231,10 @@ def numbers(engine):
     values = {f"state {name}": a for name, a in _state(engine).items()}
     measured = vars(engine.measure())
     values |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
+    if hasattr(engine, "dust_state"):
+        record = engine.series(engine.measure(), None) | engine.sums()
+        record = {name: a for name, a in record.items() if _is_number(a)}
+        values |= {f"record {name}": np.nan_to_num(a) for name, a in record.items()}
     return {name: a for name, a in values.items() if np.issubdtype(a.dtype, np.number)}
 
 
@@ -166,6 +282,9 @@ def _state(engine):
         contacts = engine.contacts.measure_pairs()
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
         arrays |= {f"contact {name}": a[order] for name, a in contacts.items()}
+        if engine.layout.curved:
+            loads = engine.kernel_sums.read_loads()
+            arrays |= {"surface": loads.surface_loads(), "impulse": loads.surface_impulses()}
         if engine.layout.stress:
             arrays["flux"] = engine.kernel_sums.read_loads().momentum_flux()
         return arrays
@@ -185,7 +304,8 @@ def counts():
 
 def count_calls(name):
     """Counts of the driver for some steps (of grains without a search) and, as "search", for a
-    search; also the numbers of steps, searches and changes of a controlled load."""
+    search, as "record" for one of a continuum; also the numbers of steps, searches and changes of a
+    controlled load."""
     scene = scene_of(name, "cuda")
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
@@ -206,7 +326,13 @@ def count_calls(name):
     }
     counts_before = counts()
     engine.search.update(*([engine.step] if name in GRAINS else []))
-    return counts_taken | {"search": _since(counts_before)}
+    counts_taken["search"] = _since(counts_before)
+    if name in CONTINUUM:
+        counts_before = counts()
+        engine.recorder.make_series(engine.measure().parts, None)
+        engine.sums()
+        counts_taken["record"] = _since(counts_before)
+    return counts_taken
 
 
 def _changes(engine):

@@ -53,7 +53,9 @@ class ContactThreads(ContactPass):
         if ti.static(self.faces):
             block_sums[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
         if totals[self.CHANGES] > 0.0:
-            self.change_block(block, block_sums, dt, constants, boundary)
+            # numbers are read again: to keep them takes registers of every thread
+            again = self.block_numbers(boundary)
+            self.change_block(block, block_sums, dt, again, boundary)
         if ti.static(self.round):
             self.add_surface_impulse(block, dt_wide, boundary)
         elif ti.static(self.flat):

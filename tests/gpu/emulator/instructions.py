@@ -153,6 +153,7 @@ class Body:
     def __init__(self):
         self.lines, self.meets = [], False
         self.label, self.targets = None, {}  # the last label, the targets of a table of jumps
+        self.plain = set()  # names of registers without %, of what is written by hand
 
     # -- operands --------------------------------------------------------------------------------
 
@@ -176,6 +177,8 @@ class Body:
         dtype, a = mods[-1] if mods else "", operands(text)
         if name in PLAIN:
             return PLAIN[name]
+        if "cc" in mods or name in ("addc", "subc", "madc"):
+            return self._carry(name, mods, a)
         ways = [f"{mod}.{dtype[:1]}" for mod in mods]
         for form in (*(f"{name}.{way}" for way in (*ways, *mods, dtype[:1])), name):
             if form in FORMS and not (name == "setp" and LOGIC.keys() & set(mods)):
@@ -193,6 +196,21 @@ class Body:
         words |= {"u": C_TYPES.get(f"u{bits}"), "c2": C_TYPES.get(wide)}
         values = [Operand(x, dtype, wide) for x in a[1:]]
         return self.assign(a[0], to, self._flush(to, mods, form.format(*values, **words)))
+
+    def _carry(self, name, mods, a):
+        """C of an instruction that takes a carry (addc), or leaves one (.cc)."""
+        dtype = f"u{8 * size_of(mods[-1])}"
+        bits, wide = int(dtype[1:]), C_TYPES[f"u{2 * int(dtype[1:])}"]
+        values = [f"({wide}){read(x, dtype)}" for x in a[1:]]
+        if name.startswith("mad"):
+            product = f"{values[0]} * {values[1]}"
+            part = f"({product}) >> {bits}" if "hi" in mods else f"({C_TYPES[dtype]})({product})"
+            values = [f"({wide})({part})", values[2]]
+        sign = "-" if name.startswith("sub") else "+"
+        carry = f" {sign} T->carry" if name.endswith("c") else ""
+        left = f" T->carry = (sum >> {bits}) & 1;" if "cc" in mods else ""
+        to = self.assign(a[0], dtype, f"({C_TYPES[dtype]})sum")
+        return f"{{ {wide} sum = {values[0]} {sign} {values[1]}{carry}; {to}{left} }}"
 
     def do_bra(self, mods, dtype, a):
         return f"goto {a[0].replace('$', '_S_')};"
@@ -298,6 +316,8 @@ class Body:
     def add(self, statement):
         """One statement of PTX, without what ends it."""
         s = " ".join(statement.split())
+        if self.plain and not s.startswith(".reg"):
+            s = re.sub(r"(?<![\w%.$])[A-Za-z]\w*", self._mark, s)
         if not s or s.startswith((".callprototype", ".pragma", ".loc ", ".file ")):
             return
         if s in "{}":
@@ -319,10 +339,17 @@ class Body:
         else:
             self._add_guarded(s)
 
+    def _mark(self, match):
+        return f"%{match[0]}" if match[0] in self.plain else match[0]
+
     def _registers(self, s):
-        name, count = re.match(r"\.reg \.\w+\s+(%?\w+)(?:<(\d+)>)?$", s).groups()
-        names = [f"{name}{n}" for n in range(int(count))] if count else [name]
-        return "Register " + ", ".join(f"{variable(n)} = {{0}}" for n in names) + ";"
+        names = []
+        for declared in re.match(r"\.reg \.\w+\s+(.*)$", s)[1].split(","):
+            name, count = re.match(r"(%?\w+)(?:<(\d+)>)?$", declared.strip()).groups()
+            names += [f"{name}{n}" for n in range(int(count))] if count else [name]
+        self.plain.update(name for name in names if not name.startswith("%"))
+        variables = (variable(n if n.startswith("%") else f"%{n}") for n in names)
+        return "Register " + ", ".join(f"{n} = {{0}}" for n in variables) + ";"
 
     def _add_guarded(self, s):
         guard = ""

@@ -20,6 +20,7 @@ typedef struct {
   unsigned tid, ctaid, ntid, nctaid;
   int64_t id;       /* in the whole launch */
   unsigned phase;   /* barriers that it has passed */
+  unsigned carry;   /* of the last sum that left one */
   const char *name; /* of the kernel */
 } Thread;
 typedef void (*Kernel)(Thread *, void **);
@@ -120,6 +121,9 @@ static inline uint32_t prmt(uint32_t a, uint32_t b, uint32_t chosen) {
 }
 static inline uint32_t bfe_u32(uint32_t a, uint32_t first, uint32_t n) {
   return first > 31 ? 0 : (a >> first) & (n > 31 ? ~0u : (1u << n) - 1);
+}
+static inline uint64_t bfe_u64(uint64_t a, uint32_t first, uint32_t n) {
+  return first > 63 ? 0 : (a >> first) & (n > 63 ? ~0ull : (1ull << n) - 1);
 }
 static inline int32_t bfe_s32(int32_t a, uint32_t first, uint32_t n) {
   return n == 0 ? 0 : (int32_t)((uint32_t)a << (32 - first - n)) >> (32 - n);
