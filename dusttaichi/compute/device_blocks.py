@@ -57,6 +57,10 @@ class BlockSums:
         self.row = threads + _PADDING
 
     @ti.func
+    def combine(self, a, b):
+        return a + b
+
+    @ti.func
     def total(self, values: ti.template(), thread):
         """Sum number `thread` of the `count` numbers of every thread; 0 for further threads.
 
@@ -70,15 +74,24 @@ class BlockSums:
         if number < self.count:
             partial = ti.cast(0.0, self.dtype)
             for n in range(count_blocks(self.threads, self.lanes)):
-                partial += pad[number * self.row + lane + n * self.lanes]
+                partial = self.combine(partial, pad[number * self.row + lane + n * self.lanes])
             pad[number * self.row + lane] = partial
         ti.simt.block.sync()
         out = ti.cast(0.0, self.dtype)
         if thread < self.count:
             for n in range(self.lanes):
-                out += pad[thread * self.row + n]
+                out = self.combine(out, pad[thread * self.row + n])
         ti.simt.block.sync()  # the next iteration writes here again
         return out
+
+
+@ti.data_oriented
+class BlockMaxima(BlockSums):
+    """Maxima instead of sums, of numbers of which none is negative."""
+
+    @ti.func
+    def combine(self, a, b):
+        return ti.max(a, b)
 
 
 @ti.func

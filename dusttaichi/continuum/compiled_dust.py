@@ -17,6 +17,7 @@ from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.outside import make_evaluate_forces
 from dusttaichi.continuum.kernels.pair_forces import Forces
 from dusttaichi.continuum.kernels.particle_blocks import Blocks
+from dusttaichi.continuum.kernels.particle_sums import place_sums
 from dusttaichi.continuum.kernels.planes import Planes
 from dusttaichi.continuum.kernels.rates import Rates
 from dusttaichi.continuum.kernels.response import Response
@@ -25,17 +26,19 @@ from dusttaichi.continuum.kernels.run_arguments import numbers_type
 from dusttaichi.continuum.kernels.search_kernels import make_search, place_search
 from dusttaichi.continuum.kernels.separation import Separation
 from dusttaichi.continuum.kernels.smoothing import KERNELS
+from dusttaichi.continuum.kernels.sum_launches import make_sums
 
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the type of their arguments."""
+    """The kernels of a scene, and the type of their arguments; sums: None on a CPU."""
 
     advance: Any
     search: Any
     potential: Any
     evaluate_forces: Any
     StepNumbers: Any
+    sums: Any
 
 
 def compiled_for(key, layout, capacity):
@@ -46,6 +49,8 @@ def compiled_for(key, layout, capacity):
     execution = key[-1]
     fields, lists = store.place(layout, *capacity)
     lists |= place_search(fields, layout, capacity[0])
+    if execution == "launches":
+        lists |= place_sums(layout, capacity[0])
     f, scratch = SimpleNamespace(**fields), SimpleNamespace(**lists)
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
@@ -58,7 +63,8 @@ def compiled_for(key, layout, capacity):
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
     outside = motion.outside
     evaluate = make_evaluate_forces(outside, StepNumbers) if outside is not None else None
-    kernels = Kernels(advance, search, potential, evaluate, StepNumbers)
+    sums = make_sums(f, scratch, layout, rigid) if execution == "launches" else None
+    kernels = Kernels(advance, search, potential, evaluate, StepNumbers, sums)
     return Compiled.from_kernels(key, layout, kernels, (fields, lists))
 
 

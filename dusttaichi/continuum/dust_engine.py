@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.compute.worker_choice import WorkerChoice
+from dusttaichi.continuum.device_sums import DeviceSums
 from dusttaichi.continuum.dust_advice import advice
 from dusttaichi.continuum.dust_features import choose_variables, flying_bodies, name_bodies
 from dusttaichi.continuum.dust_forces import DustForces
-from dusttaichi.continuum.dust_heat import DustHeat
+from dusttaichi.continuum.dust_heat import DeviceDustHeat, DustHeat
 from dusttaichi.continuum.dust_ledger import DustLedger
 from dusttaichi.continuum.dust_motion import DustMotion
 from dusttaichi.continuum.dust_placement import pressed_walls
@@ -17,7 +18,7 @@ from dusttaichi.continuum.dust_start import start
 from dusttaichi.continuum.dust_state import DustState
 from dusttaichi.continuum.dust_stepper import DustStepper
 from dusttaichi.continuum.dust_validity import check_inside, validate
-from dusttaichi.continuum.elastic_bodies import ElasticBodies
+from dusttaichi.continuum.elastic_bodies import DeviceElasticBodies, ElasticBodies
 from dusttaichi.continuum.kernel_numbers import KernelNumbers
 from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
@@ -67,7 +68,8 @@ class DustEngine(EngineOfParts):
         )
         evaluated = self.kernels, self.scratch, self.dust_state, self.numbers
         self.outside = DustForces(*evaluated) if self.layout.forces else None
-        self.motion = DustMotion(self.dust_state, self.outside)
+        device_sums = DeviceSums(*evaluated) if self.kernels.sums else None
+        self.motion = DustMotion(self.dust_state, self.outside, device_sums)
         self.search = DustSearch(
             *(self.kernels.search, self.scratch, self.dust_state, self.environment),
             h=scene.numerics.smoothing_length,
@@ -96,9 +98,11 @@ class DustEngine(EngineOfParts):
 
     def _make_recorder(self):
         scene, sample, heat = self.scene, self.sample, None
+        on_device = self.motion.device_sums is not None
         if self.layout.heat:
-            heat = DustHeat(self.dust_state, scene.all_materials, sample)
-        elastic_bodies = ElasticBodies(self.motion, sample)
+            arguments = self.dust_state, scene.all_materials, sample
+            heat = DeviceDustHeat(*arguments, self.scratch) if on_device else DustHeat(*arguments)
+        elastic_bodies = (DeviceElasticBodies if on_device else ElasticBodies)(self.motion, sample)
         arguments = self.motion, self.environment, elastic_bodies, heat
         return DustRecorder(*arguments, pressed=pressed_walls(scene, sample))
 

@@ -55,10 +55,10 @@ class DustForces:
             totals[len(model.potentials) :] += self._state.of_particles("force_work").sum(axis=0)
         return totals
 
-    def energies_since(self, start):
-        """Work of all forces since the start [J], losses by channel: (number, dict).
+    def split_work(self, energies):
+        """Work of all forces [J], losses by channel: (number, dict).
 
-        start: `sum_energies` then.
+        energies: a difference of two `sum_energies`.
         """
-        works, losses = split_work(self.model, self.sum_energies() - start)
+        works, losses = split_work(self.model, energies)
         return float(sum(works.values())), losses

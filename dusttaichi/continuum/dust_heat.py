@@ -39,7 +39,7 @@ class DustHeat:
         rise = self.measure() / self._capacity
         return {"temperature": np.where(self._dust, self._start + rise, np.nan)}
 
-    def make_series(self):
+    def make_series(self, _sums):
         """Heat of the dust [J], its temperature [K]: mean over the heat capacity, largest."""
         dust, capacity = self._dust, self._capacity[self._dust]
         energy = self.measure()[dust]
@@ -48,4 +48,25 @@ class DustHeat:
             "heat": float(energy.sum()),
             "temperature_mean": float(np.average(temperature, weights=capacity)),
             "largest_temperature": float(temperature.max()),
+        }
+
+
+class DeviceDustHeat(DustHeat):
+    """DustHeat whose series are of DeviceParticleSums.
+
+    scratch: memory.Table of the lists, by name; others as of DustHeat.
+    """
+
+    def __init__(self, state, materials, sample, scratch):
+        super().__init__(state, materials, sample)
+        columns = self._stored, self._capacity, self._start
+        scratch["heat_constants"].from_numpy(np.stack(columns, axis=1))
+
+    def make_series(self, sums):
+        dust, (energy, largest) = self._dust, sums.heat()
+        capacity = self._capacity[dust]
+        return {
+            "heat": energy,
+            "temperature_mean": float((capacity @ self._start[dust] + energy) / capacity.sum()),
+            "largest_temperature": largest,
         }

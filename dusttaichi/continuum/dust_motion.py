@@ -7,16 +7,22 @@ internal order.
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import FACES, FREE
+from dusttaichi.continuum.particle_sums import ParticleSums
 
 
 class DustMotion:
     """Motion of the particles and rigid bodies of a DustState.
 
-    state: DustState. outside: DustForces, or None.
+    state: DustState. outside: DustForces, or None. device_sums: DeviceSums where a device forms
+    sums, or None.
     """
 
-    def __init__(self, state, outside):
-        self.state, self.outside = state, outside
+    def __init__(self, state, outside, device_sums=None):
+        self.state, self.outside, self.device_sums = state, outside, device_sums
+
+    def sum_particles(self):
+        """The ParticleSums now, on a device its DeviceParticleSums."""
+        return ParticleSums(self) if self.device_sums is None else self.device_sums.form(self)
 
     def velocities(self):
         """Present velocities (n, 3) [m/s]."""

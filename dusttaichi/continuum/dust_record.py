@@ -4,21 +4,9 @@ import numpy as np
 
 from dusttaichi.continuum.dust_measure import compute_intact_fraction
 from dusttaichi.continuum.kernels.store import FACES
+from dusttaichi.continuum.particle_sums import components
 from dusttaichi.continuum.physics.damage import carried_pressure
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results.roles import DUST
-
-IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
-
-
-def components(S, dimension):
-    """Deviators (n, 6), xx yy zz xy xz yz, of those in memory (n, dimension^2)."""
-    if dimension == 3:
-        return S[:, IN_SPACE]
-    out = np.zeros((len(S), 6))
-    out[:, 0], out[:, 2], out[:, 4] = S[:, 0], S[:, 3], S[:, 1]
-    out[:, 1] = -(S[:, 0] + S[:, 3])
-    return out
 
 
 class DustRecorder:
@@ -38,15 +26,21 @@ class DustRecorder:
 
         The force on an elastic body is the change of its momentum.
         """
-        momenta = self._elastic_bodies.momenta()
-        return {"impulse": np.concatenate([self._motion.impulses(), momenta])}
+        with self._state.at_rest():
+            momenta = self._elastic_bodies.momenta()
+            return {"impulse": np.concatenate([self._motion.impulses(), momenta])}
 
     def make_series(self, m, window):
         """Variables that the continuum adds to a record of the time series.
 
         m: result of DustLedger.measure. window: Window of `sums`, None at step 0.
         """
+        with self._state.at_rest():
+            return self._make_series(m, window)
+
+    def _make_series(self, m, window):
         state, elastic = self._state, self._elastic_bodies.measure()
+        sums = self._motion.sum_particles()
         force = np.zeros((FACES + state.bodies + len(elastic[0]), 3))
         if window is not None:
             force = window.mean("impulse")
@@ -62,8 +56,8 @@ class DustRecorder:
             "largest_filling_factor": max(phi for _, phi, _ in m["largest"]),
             "largest_speed": m["speed"],
         }
-        record |= self._average_dust()
-        return record | (self._heat.make_series() if self._heat else {})
+        record |= sums.average_dust()
+        return record | (self._heat.make_series(sums) if self._heat else {})
 
     def _pressures(self, wall_force):
         """Pressures on the faces [Pa], (6,), of forces (6, 3); not a number of open ones."""
@@ -82,29 +76,12 @@ class DustRecorder:
         areas[~self._is_summed] = 0.0
         return areas
 
-    def _average_dust(self):
-        """Means over the dust: pressure and stress over the volume, the others over the mass."""
-        state = self._state
-        dust = state.of_particles("role") == DUST
-        mass, density = state.of_particles("mass")[dust], state.of_particles("density")[dust]
-        undamaged_fraction = compute_intact_fraction(state)[dust]
-        pressures = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
-        volume = mass / density
-        volume_fraction = volume / volume.sum() if len(volume) else volume
-        deviator = volume_fraction @ components(
-            undamaged_fraction[:, None] * state.of_particles("deviator")[dust], state.dimension
-        )
-        pressure = float(volume_fraction @ pressures)
-        solid, total = state.material_of(dust).rho_s, mass.sum() if len(mass) else 1.0
-        return {
-            "pressure_mean": pressure,
-            "stress_mean": deviator - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-            "filling_factor_mean": float(mass @ (density / solid) / total),
-            "damage_mean": float(mass @ (1.0 - undamaged_fraction) / total),
-        }
-
     def make_snapshot(self):
         """The present particles, in the order of the sample."""
+        with self._state.at_rest():
+            return self._make_snapshot()
+
+    def _make_snapshot(self):
         state = self._state
         undamaged_fraction = compute_intact_fraction(state)
         current = {

@@ -1,5 +1,7 @@
 """State of a continuum: the used part of its fields, and the order of its particles. SI inside."""
 
+from contextlib import contextmanager
+
 import numpy as np
 
 from dusttaichi.compute.memory import FieldState
@@ -21,6 +23,26 @@ class DustState(FieldState):
         self.dimension = layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.names = [variable.name for variable in declare(layout)]
+        self._rows = None  # of bodies and clock, while nothing moves
+
+    @contextmanager
+    def at_rest(self):
+        """Context in which nothing moves: rows of bodies and clock are read once."""
+        if self._rows is not None:
+            yield
+            return
+        self._rows = {}
+        try:
+            yield
+        finally:
+            self._rows = None
+
+    def _read(self, name, rows):
+        if self._rows is None:
+            return self.fields[name].to_numpy(rows)
+        if name not in self._rows:
+            self._rows[name] = self.fields[name].to_numpy(rows)
+        return self._rows[name]
 
     def of_particles(self, name):
         """A copy of a variable of all particles."""
@@ -34,12 +56,14 @@ class DustState(FieldState):
 
     def of_bodies(self, name):
         """A Column of the faces and rigid bodies by its name, (FACES + bodies, width)."""
-        return self.fields["rigid"].to_numpy(FACES + self.bodies, COLUMN[name])
+        if self._rows is None:
+            return self.fields["rigid"].to_numpy(FACES + self.bodies, COLUMN[name])
+        return self._read("rigid", FACES + self.bodies)[:, COLUMN[name]].copy()
 
     @property
     def clock(self):
         """Lengths of the time steps of the method, see kernels.store."""
-        return self["clock"]
+        return self._read("clock", None).copy()
 
     @property
     def half_step(self):

@@ -159,7 +159,8 @@ def test_launches_and_synchronisations_of_a_step(name, device):
     """Two launches a step of grains, and one every 16 steps where the cell moves; a synchronisation
     every 16 steps. To begin takes two launches more; to change the speeds of a controlled load a
     few of both, and no more bytes with more grains. Lists of a search are made by the device: the
-    host reads bounds of the grains, and whether the lists fit."""
+    host reads bounds of the grains, and whether the lists fit. A record of a continuum reads as
+    much whatever the number of particles."""
     took = device(name)[1]["counted"]
     search = took["search"]
     if name in cases.CONTINUUM:
@@ -170,6 +171,10 @@ def test_launches_and_synchronisations_of_a_step(name, device):
         assert took["launches"] <= most_launches and took["steps"] > 0
         assert took["syncs"] <= took["steps"] // LOOK + 4 * calls
         assert search["launches"] <= 72 and search["syncs"] <= 8 and search["bytes_from"] <= 1024
+        # sums of particles are formed by the device: the host reads them and rows of bodies
+        record = took["record"]
+        assert record["launches"] <= 64 and record["syncs"] <= 24
+        assert record["bytes_from"] <= 16_384
         return
     assert took["searches"] == 0 and took["steps"] == 32
     controlled = name.startswith(("pressed", "sheared", "many_sheared"))
