@@ -1,4 +1,4 @@
-"""What each particle of a continuum adds to the sums that a device forms (kernels.sum_launches).
+"""Numbers of each particle of a continuum in the sums that a device forms (kernels.sum_launches).
 
 The host forms the same from copies of the fields (continuum.particle_sums).
 """
@@ -94,7 +94,7 @@ def place_sums(layout, room):
 
 @ti.data_oriented
 class ParticleNumbers:
-    """What a particle adds to the sums; rigid: kernels.rigid.Rigid."""
+    """Numbers of a particle in the sums; rigid: kernels.rigid.Rigid."""
 
     def __init__(self, fields, lists, layout, rigid):
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
