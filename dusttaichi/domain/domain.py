@@ -18,6 +18,7 @@ from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.domain.moving_surfaces import Surfaces
 from dusttaichi.domain.servo import WALL, Servo, make_servo
+from dusttaichi.domain.surface_drives import drive_surfaces, steer_surfaces
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.physics.geometry import AXES
@@ -88,7 +89,8 @@ class Domain:
             box = box.driven(speed, (drive.shear_speed or 0.0) / unit, time)
         if cell is not None:
             cell = cell.driven(time, **self._face_motion(drive, servo))
-        return replace(self, servo=servo, box=box, cell=cell)
+        surfaces = drive_surfaces(self, drive.surfaces, step, integral)
+        return replace(self, servo=servo, box=box, cell=cell, surfaces=surfaces)
 
     def steer(self, integral: NDArray[np.float64]) -> Domain:
         """The domain after the change of speeds by the servo that is due at this step.
@@ -116,6 +118,26 @@ class Domain:
             domain = replace(domain, cell=replace(moved, start=start))
         domain._check_narrow(step)
         return domain
+
+    def steer_surfaces(self, step: int, integral: Callable[[Servo], NDArray[np.float64]]) -> Domain:
+        """The domain after the changes of speed by the servos of its surfaces at a step."""
+        return replace(self, surfaces=steer_surfaces(self, step, integral))
+
+    @property
+    def next_change(self) -> int:
+        """Step of the next change of speed by a servo; NEVER without one."""
+        servos = [self.servo, *(() if self.surfaces is None else self.surfaces.servos)]
+        return min((servo.next_change for servo in servos if servo is not None), default=NEVER)
+
+    def surface_area(self, n: int, step: int) -> float:
+        """Area that a pressure of surface n refers to, NaN without: its own, or the room's."""
+        assert self.surfaces is not None
+        motion = self.surfaces.motions[n]
+        if motion is None:
+            return np.nan
+        if motion.area is not None:
+            return motion.area / self.units("m") ** 2
+        return float(self.wall_areas(step)[2 * np.argmax(np.abs(self.surfaces.directions[n]))])
 
     def _measured_over(self, step: int) -> np.floating:
         """Area or volume over which the load is averaged."""

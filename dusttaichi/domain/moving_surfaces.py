@@ -9,15 +9,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dusttaichi.domain.servo import Servo
 from dusttaichi.physics.surfaces.surface_model import (
     CURVATURE,
     SHIFT,
+    SPIN,
     STEP,
     STRENGTH,
     VELOCITY,
     SurfaceModel,
     reduced_radius,
 )
+from dusttaichi.physics.surfaces.surface_motion import SurfaceMotion
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceState:
+    """What changes of Surfaces: their table, and their servos by their numbers, as texts."""
+
+    table: NDArray[np.float64]
+    servos: dict[str, Servo]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,13 +36,16 @@ class Surfaces:
     """Surfaces of a SurfaceModel and their table, a row of model.row_length numbers for each.
 
     names: by which messages and results call them. tube: number of the surface that is the tube of
-    the boundary, or None.
+    the boundary, or None. motions: of each as its block has it, None of the tube. servos: those
+    that control a load now.
     """
 
     model: SurfaceModel
     table: NDArray[np.float64]
     names: tuple[str, ...] = ()
     tube: int | None = None
+    motions: tuple[SurfaceMotion | None, ...] = ()
+    servos: tuple[Servo, ...] = ()
 
     def __len__(self) -> int:
         return len(self.model)
@@ -41,6 +55,56 @@ class Surfaces:
         table = self.table.copy()
         table[:, self.model.motion + STEP] = dt
         return replace(self, table=table)
+
+    def state(self) -> SurfaceState:
+        """The SurfaceState now."""
+        return SurfaceState(self.table, {str(servo.axes[0]): servo for servo in self.servos})
+
+    def restored(self, state: SurfaceState) -> Surfaces:
+        """The surfaces in that state."""
+        return replace(self, table=state.table, servos=tuple(state.servos.values()))
+
+    def moved(self, velocities: NDArray[np.float64], time: float) -> Surfaces:
+        """The surfaces with other velocities (S, 3) from a time on, at which they stay in place."""
+        table, first = self.table.copy(), self.model.motion
+        shift, velocity = (slice(first + c, first + c + 3) for c in (SHIFT, VELOCITY))
+        table[:, shift] += (table[:, velocity] - velocities) * time
+        table[:, velocity] = velocities
+        return replace(self, table=table)
+
+    def turned(self, spins: NDArray[np.float64]) -> Surfaces:
+        """The surfaces with other angular velocities (S, 3)."""
+        table, first = self.table.copy(), self.model.motion + SPIN
+        table[:, first : first + 3] = spins
+        return replace(self, table=table)
+
+    def _columns(self, first: int) -> NDArray[np.float64]:
+        return self.table[:, self.model.motion + first : self.model.motion + first + 3]
+
+    @property
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities, (S, 3)."""
+        return self._columns(VELOCITY)
+
+    @property
+    def spins(self) -> NDArray[np.float64]:
+        """Angular velocities, (S, 3)."""
+        return self._columns(SPIN)
+
+    def displacements(self, time: float) -> NDArray[np.float64]:
+        """Ways that they have gone at a time since the start, (S, 3)."""
+        return self._columns(SHIFT) + self.velocities * time
+
+    def way_of(self, name: str, time: float) -> float:
+        """Way of a surface along its direction at a time since the start."""
+        n = self.names.index(name)
+        return float(self.displacements(time)[n] @ self.directions[n])
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """Unit vectors along which they press, (S, 3); not numbers where none is set."""
+        none = (np.nan,) * 3
+        return np.array([none if m is None else m.direction or none for m in self.motions])
 
     def _motion(self, n: int, first: int, count: int = 3) -> NDArray[np.float64]:
         column = self.model.motion + first
@@ -89,9 +153,10 @@ class Surfaces:
 
     @property
     def fastest(self) -> float:
-        """Largest speed at which a surface comes nearer to what rests."""
-        column = self.model.motion + VELOCITY
-        moving = np.linalg.norm(self.table[:, column : column + 3], axis=1)
+        """Largest speed at which a surface comes nearer to what rests, or may by its servo."""
+        moving = np.linalg.norm(self.velocities, axis=1)
+        for servo in self.servos:  # along its direction no faster than its largest speed
+            moving[servo.axes[0]] += servo.largest[0] - abs(servo.speed[0])
         return float(np.max(moving + np.abs(self.rates).sum(axis=1), initial=0.0))
 
     def tube_radius(self, time: float) -> float:

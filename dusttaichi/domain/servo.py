@@ -50,7 +50,7 @@ FIRST = 0.01  # change of e in the first estimate of k
 AT_REST, IN_MOTION = 0.15, 0.4  # default gain, by what the stage begins with
 FIRM, SMOOTH, FADING = 5e3, 4, 320  # of a stage that begins in motion
 TINY = 1e-300
-WALL, CELL, EVEN = "wall", "cell", "even"
+WALL, CELL, EVEN, SURFACE = "wall", "cell", "even", "surface"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +58,16 @@ class Servo:
     """Load control of one stage.
 
     mode: WALL moves the top wall, CELL edges of a cell one by one, EVEN all edges by the same
-    factor. axes: numbers of the edges. load: prescribed, positive in compression, (n,). scale:
-    reference of its relative error. gain: g. largest: speed or rate of approach, (n,). length: of
+    factor, SURFACE a surface. axes: numbers of the edges, or of the surface. load: prescribed,
+    positive in compression, (n,). scale: reference of its relative error. gain: g. largest: speed
+    or rate of approach, (n,). length: of
     the box, or 1, by which displacements are divided, (n,). speed: current, (n,). steady: v_0,
     (n,). missing: e at the last change, (n,), NaN before the first. averaged_intervals: number over
     which e is averaged; mean_error: that average, (n,). late_gain: that g goes to. entry: size of
     the speed that the stage continues, which fades, (n,). squared_changes, squared_strains,
     products: mean squares of the changes of e and of the strains, and the mean of their products,
     (n,). next_change: its step. every: steps between two. load_integral: time integral of the
-    measured load at the last change, (n,).
+    measured load at the last change, (n,). per_area: the load of a SURFACE is a pressure.
     """
 
     mode: str
@@ -89,11 +90,17 @@ class Servo:
     mean_error: NDArray[np.float64]
     late_gain: float
     entry: NDArray[np.float64]
+    per_area: bool = False
 
     @property
     def presses(self) -> bool:
         """True where the load is a pressure, False where it is a tension."""
         return bool(self.load.sum() >= 0.0)
+
+    def controls_as(self, other: Servo) -> bool:
+        """True where both control the same kind of load by the same motion."""
+        theirs = other.mode, other.axes, other.per_area
+        return (self.mode, self.axes, self.per_area) == theirs
 
     @property
     def stiffness(self) -> NDArray[np.float64]:
@@ -190,18 +197,42 @@ def make_servo(
         mode = WALL if domain.has_top else EVEN
         axes = () if mode == WALL else (0, 1, 2)
         load = np.array([drive.pressure]) / domain.units("Pa")
-    n, box = len(load), domain.box
-    first = Servo(
+    box, largest = domain.box, _find_largest_speed(drive, mode, axes, domain.units)
+    # the height below the top wall, whether it has a bottom or not
+    length = np.ones(len(load))
+    if mode == WALL and box is not None:
+        length = np.diff(box.planes(domain.dt * step)[4:])
+    first = start_servo(
+        (mode, tuple(axes)), load, gain=drive.gain, largest=largest, length=length, step=step
+    )
+    if integral is None:  # a plan, in which the motion is not known
+        return first
+    first = replace(first, load_integral=integral(first))
+    speed, last = _measure_approach(domain, mode, axes, step), domain.servo
+    widens = (drive.wall_speed if mode == WALL else drive.strain_rate) is None
+    return continue_motion(first, last, speed, gain=drive.gain, widens=widens, dt=domain.dt)
+
+
+def start_servo(
+    moved: tuple[str, tuple[int, ...]],
+    load: NDArray[np.float64],
+    *,
+    gain: float | None,
+    largest: NDArray[np.float64],
+    length: NDArray[np.float64],
+    step: int,
+    per_area: bool = False,
+) -> Servo:
+    """The Servo of what is at rest at a step; moved: its mode and axes; gain: None for AT_REST."""
+    n, (mode, axes) = len(load), moved
+    return Servo(
         mode=mode,
-        axes=tuple(axes),
+        axes=axes,
         load=load,
         scale=float(np.abs(load).max()),
-        gain=drive.gain or AT_REST,
-        largest=_find_largest_speed(drive, mode, axes, domain.units),
-        # the height below the top wall, whether it has a bottom or not
-        length=np.ones(n)
-        if mode != WALL or box is None
-        else np.diff(box.planes(domain.dt * step)[4:]),
+        gain=gain or AT_REST,
+        largest=largest,
+        length=length,
         speed=np.zeros(n),
         steady=np.zeros(n),
         missing=np.full(n, np.nan),
@@ -213,14 +244,10 @@ def make_servo(
         load_integral=np.zeros(n),
         averaged_intervals=1,
         mean_error=np.zeros(n),
-        late_gain=drive.gain or AT_REST,
+        late_gain=gain or AT_REST,
         entry=np.zeros(n),
+        per_area=per_area,
     )
-    if integral is None:  # a plan, in which the motion is not known
-        return first
-    first = replace(first, load_integral=integral(first))
-    speed = _measure_approach(domain, mode, axes, step)
-    return _continue_motion(first, drive, domain, speed) if speed.any() else first
 
 
 def _measure_approach(
@@ -235,17 +262,27 @@ def _measure_approach(
     return np.array([rates.mean()]) if mode == EVEN else rates[list(axes)]
 
 
-def _continue_motion(
-    first: Servo, drive: Drive, domain: Environment, speed: NDArray[np.float64]
+def continue_motion(
+    first: Servo,
+    last: Servo | None,
+    speed: NDArray[np.float64],
+    *,
+    gain: float | None,
+    widens: bool,
+    dt: float,
 ) -> Servo:
-    """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
-    largest, last = first.largest, domain.servo
-    if (drive.wall_speed if first.mode == WALL else drive.strain_rate) is None:
-        largest = np.maximum(largest, np.abs(speed))
+    """The Servo `first` of a stage that continues a motion at that speed or rates (n,), if any.
+
+    last: of the stage before, or None. gain: None for IN_MOTION. widens: the largest speed may grow
+    to that of the motion. dt: of a step.
+    """
+    if not speed.any():
+        return first
+    largest = np.maximum(first.largest, np.abs(speed)) if widens else first.largest
     speed = np.clip(speed, -largest, largest)
     servo = replace(
         first,
-        gain=drive.gain or IN_MOTION,
+        gain=gain or IN_MOTION,
         largest=largest,
         speed=speed,
         steady=speed,
@@ -253,8 +290,8 @@ def _continue_motion(
         entry=np.abs(speed),
     )
     stiffness: float | NDArray[np.float64] = FIRM
-    strains = (speed * servo.every * domain.dt / servo.length) ** 2
-    if last is not None and (last.mode, last.axes) == (servo.mode, servo.axes):
+    strains = (speed * servo.every * dt / servo.length) ** 2
+    if last is not None and last.controls_as(servo):
         missing = (servo.load - last.load + last.missing * last.scale) / servo.scale
         stiffness = np.maximum(FIRM, last.stiffness * last.scale / servo.scale)
         strains, servo = np.maximum(strains, last.squared_strains), replace(servo, missing=missing)

@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.domain.cell import Cell
+from dusttaichi.domain.moving_surfaces import SurfaceState
 from dusttaichi.domain.servo import Servo
 from dusttaichi.domain.walls import Box
 from dusttaichi.grains import script_access
@@ -220,6 +221,7 @@ class GrainEngine(EngineOfParts):
             "box": plain(domain.box),
             "cell": plain(domain.cell),
             "servo": plain(domain.servo),
+            "surfaces": None if domain.surfaces is None else plain(domain.surfaces.state()),
             "dt": self.dt,
             "sample_info": self.sample.info,
         }
@@ -234,6 +236,9 @@ class GrainEngine(EngineOfParts):
         moving = {
             name: from_plain(value_type, numbers[name]) for name, value_type in moving.items()
         }
+        if self.domain.surfaces is not None:
+            surface_state = from_plain(SurfaceState, numbers["surfaces"])
+            moving["surfaces"] = self.domain.surfaces.restored(surface_state)
         self.environment.domain = replace(self.domain, **moving)
         if self.sphere is not None:
             self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])

@@ -147,7 +147,8 @@ class Ledger:
             return 0.0
         # as in wall_work
         ends = self.sums.surface_power - self._kernel_sums.surface_power()
-        return float(loads.surface_impulses()[:, 4].sum() + 0.5 * self._environment.dt * ends)
+        work = loads.surface_impulses()[:, 4].sum() + self.sums.surface_jumps
+        return float(work + 0.5 * self._environment.dt * ends)
 
     def _face_work(self, power, moved):
         """Work of the faces since the start [fJ].
@@ -217,7 +218,11 @@ class Ledger:
         across = None if cell is None else loads.across_faces()
         work = self.wall_work(force, impulse)
         sums.wall_work, sums.wall_force, sums.impulse = work, force, impulse
+        surface_power = self._kernel_sums.surface_power()
         yield
+        # the force of a step acts half before and half after it
+        jump = self._kernel_sums.surface_power() - surface_power
+        sums.surface_jumps += 0.5 * environment.dt * jump
         if cell is not None:
             power = environment.cell.power(across, time) - cell.power(across, time)
             sums.face_jumps += 0.5 * environment.dt * power

@@ -67,6 +67,12 @@ _TABLE = {
          "first, average as for pressure", _PHYS, "surfaces"),
         ("surface_pressing", "time surface", "N", "its component along the normals, positive where "
          "it pushes, summed over the contacts, likewise", _PHYS, "surfaces"),
+        ("surface_load", "time surface", "N", "force of a surface along its direction, likewise; "
+         "not a number without a direction", _PHYS, "surfaces"),
+        ("surface_pressure", "time surface", "Pa", "this over the area of the surface; not a "
+         "number where none is defined", _PHYS, "surfaces"),
+        ("surface_displacement", "time surface xyz", "m", "way of each surface since the start", "",
+         "surfaces"),
         ("tube_pressure", "time", "Pa", "pressure on the tube, positive in compression, average as "
          "for pressure", "", "tube"),
         ("tube_friction", "time", "Pa", "force of the tube on the grains along z over its area, "

@@ -14,7 +14,7 @@ class LedgerSums:
     sphere that is driven. face_jumps: what changes of the drive leave over. damping: half of the
     work of step 0, which would belong to a time before it (pairs, walls, the sphere). push_work: of
     pushes that have ended. script_work: of changes by a script. surface_power: of the surfaces at
-    the start.
+    the start. surface_jumps: what changes of their motion leave over.
     """
 
     wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
@@ -27,5 +27,6 @@ class LedgerSums:
     wall_work: float = 0.0
     face_power: float = 0.0
     surface_power: float = 0.0
+    surface_jumps: float = 0.0
     face_jumps: float = 0.0
     pending: list = field(default_factory=lambda: [[0.0]] * 3)

@@ -147,8 +147,17 @@ class GrainRecorder:
             loads = self._kernel_sums.surface_loads()
         else:
             loads = window.mean("surface_impulse")
-        record = {"surface_force": loads[:, :3], "surface_pressing": loads[:, 3]}
-        domain = self._environment.domain
+        domain, step = self._environment.domain, self._environment.step
+        surfaces = domain.surfaces
+        along = np.sum(loads[:, :3] * surfaces.directions, axis=1)
+        areas = [domain.surface_area(n, step) for n in range(len(surfaces))]
+        record = {
+            "surface_force": loads[:, :3],
+            "surface_pressing": loads[:, 3],
+            "surface_load": along,
+            "surface_pressure": along / np.array(areas),
+            "surface_displacement": surfaces.displacements(self._environment.time),
+        }
         if not domain.is_round:
             return record
         height, radius = (

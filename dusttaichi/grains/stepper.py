@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi.compute.loops import DONE
 from dusttaichi.domain.clock import NEVER
-from dusttaichi.domain.servo import EVEN, WALL
+from dusttaichi.domain.servo import EVEN, SURFACE, WALL
 from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.pushes import begin_pushes
 from dusttaichi.grains.step import StepNumbers
@@ -33,15 +33,14 @@ class Stepper:
         environment, end = self._environment, self._environment.step + steps
         pending = 0
         while environment.step < end:
-            until, servo = self._push.next_end(environment.step, end), environment.servo
-            if servo is not None:
-                until = min(until, servo.next_change)
+            change = environment.domain.next_change
+            until = min(self._push.next_end(environment.step, end), change)
             steps_done, is_due = self._call(until - environment.step, pending, environment.dt)
             environment.step += steps_done
             pending = 0
             if environment.step == until and until < NEVER:
                 self._end_pushes()
-                if servo is not None and until == servo.next_change:
+                if until == change:
                     self._steer()
             if is_due:
                 with self._search.stopwatch:
@@ -110,8 +109,16 @@ class Stepper:
         """Load control changes the speeds, within those that the search allows for."""
         loads, environment = self._kernel_sums.read_loads(), self._environment
         with self._ledger.change_speeds(loads):
-            integral = self._load_integral(environment.servo, loads)
-            environment.place(environment.domain.steer(integral))
+            domain, step = environment.domain, environment.step
+
+            def integral(servo):
+                return self._load_integral(servo, loads)
+
+            if domain.servo is not None and domain.servo.next_change == step:
+                domain = domain.steer(integral(domain.servo))
+            if domain.surfaces is not None and domain.surfaces.servos:
+                domain = domain.steer_surfaces(step, integral)
+            environment.place(domain)
 
     def _load_integral(self, servo, loads=None):
         """Time integral of the load of a Servo up to now. loads: LoadSums."""
@@ -119,6 +126,10 @@ class Stepper:
         if servo.mode == WALL:
             normal = self._environment.box.normal[TOP]
             return (loads.impulses()[TOP : TOP + 1] * normal).sum(axis=1)
+        if servo.mode == SURFACE:
+            number = list(servo.axes)
+            directions = self._environment.domain.surfaces.directions[number]
+            return (loads.surface_impulses()[number, :3] * directions).sum(axis=1)
         flux = np.diag(loads.momentum_flux())
         return np.array([flux.mean()]) if servo.mode == EVEN else flux[list(servo.axes)]
 

@@ -18,7 +18,7 @@ from dusttaichi.physics.surfaces.surface_model import (
     VELOCITY,
     SurfaceModel,
 )
-from dusttaichi.scene.surfaces import find_law
+from dusttaichi.scene.surfaces import find_law, make_motion
 
 OVERLAP = 0.01  # of the radius, that a grain may overlap with a surface by at the start
 UPRIGHT = (0.0, 0.0, 1.0)
@@ -45,10 +45,11 @@ def place_surfaces(table, positions, radii, overlaps):
         names.append("tube")
         _put_tube(scene.boundary, model, rows[0], positions, (radii, overlaps))
     for n, block in enumerate(scene.surfaces, start=len(names)):
-        names.append(f"surfaces[{n - tube}] ({block.kind})")
+        names.append(block.name or f"surfaces[{n - tube}] ({block.kind})")
         _put_numbers(model, n, rows[n], find_law(block).numbers(block))
         _put_motion(model, rows[n], block.velocity, block.spin, block.strength)
-    surfaces = Surfaces(model, rows, tuple(names), 0 if tube else None)
+    motions = (*[None] * tube, *(make_motion(block, scene.boundary) for block in scene.surfaces))
+    surfaces = Surfaces(model, rows, tuple(names), 0 if tube else None, motions)
     _put_curvatures(surfaces, float(np.max(radii)))
     table.curvatures = [surfaces.curvatures(n) for n in range(len(surfaces))]
     for n in range(tube, len(model)):

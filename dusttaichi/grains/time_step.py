@@ -16,7 +16,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import STRAIN_RATE
 from dusttaichi.scene.push import list_stage_pushes
-from dusttaichi.scene.surfaces import find_fastest
+from dusttaichi.scene.surfaces import find_fastest, list_motions
 
 BALANCED = 0.2  # step_fraction for which physics.encounter was calibrated
 SAFE = 1.4  # largest fraction of its limit of a step that strong damping limits
@@ -210,12 +210,13 @@ def _face_speed(scene, drive, sample, radii):
 
 def short_loads(scene, dt):
     """Sentences for the user about the stages that end before; dt: time step [s]."""
+    pressed = [any(motion.load is not None for motion in row) for row in list_motions(scene)]
     return [
         f"stage {plan.name} controls a load for {steps:,} steps: reaching a load takes up to "
         f"{SETTLING:,}; end it with stop.creep, or give stop.time at least "
         f"{quantities.format(SETTLING * dt, 'time', digits=2)}"
-        for plan in scene.stage_plans
-        if plan.drive.controls_load and (steps := _steps_of(plan.stop, dt)) < SETTLING
+        for plan, presses in zip(scene.stage_plans, pressed, strict=True)
+        if (presses or plan.drive.controls_load) and (steps := _steps_of(plan.stop, dt)) < SETTLING
     ]
 
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:  # for editors and type checkers; found by the registry below
     from dusttaichi.plots.sound_speed import sound_speed
     from dusttaichi.plots.stress import stress
     from dusttaichi.plots.structure import fractal, pores, structure
+    from dusttaichi.plots.surface_figures import surfaces
     from dusttaichi.plots.tensile import strength, tensile
 
 _OF_RUNS = find_figures(__name__)
@@ -195,6 +196,7 @@ __all__ = [
     "strength",
     "stress",
     "structure",
+    "surfaces",
     "tensile",
     "threshold_speeds",
     "trade",

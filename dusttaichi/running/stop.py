@@ -6,7 +6,7 @@ the last record, which the record that ends the stage has. It scatters more than
 interval: its standard error follows from the changes between successive tests, which a steady rise
 adds little to, and a stage ends where the mean exceeds a threshold by SIGMAS of it: by chance less
 often than at a record. A filling factor is tested there too where a controlled load moves the
-walls, and no step is known for it.
+walls, and no step is known for it; so is the way of a surface.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from dusttaichi.method import Engine, Measurement
     from dusttaichi.running.state import RunState
     from dusttaichi.scene.stage import StagePlan
-    from dusttaichi.scene.stop import Bounds
+    from dusttaichi.scene.stop import Limits
 
 
 AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
@@ -38,6 +38,7 @@ FEWEST, SIGMAS = 4, 3.0  # of them, and standard errors that put a mean beyond a
 OVERSHOOT = 0.05  # relative one from which the reason of an end names it
 DEVIATION = 0.02  # largest relative deviation of a settled load from the controlled one
 TOP = LABELS["wall"].index("top")
+SURFACE_LOADS = {"force": "surface_load", "pressure": "surface_pressure"}  # of stop, of records
 
 
 class End:
@@ -70,6 +71,7 @@ class End:
         self.pressure = pressure(record, domain)
         reasons = [self._check_bounds(record, domain)] if bounds else []
         reasons += [self._check_filling_factor(record, domain), self._check_rest(measurement, sim)]
+        reasons.append(self._check_displacements(domain, step))
         reasons += [
             self._check_maximum(record, step),
             self._check_plateau(),
@@ -89,7 +91,7 @@ class End:
             if level := bounds.describe_crossing(value):
                 reason = f"{name} {level}"
                 if (overshoot := bounds.overshoot(value)) > OVERSHOOT:
-                    reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
+                    reason += f", exceeded by {overshoot:.0%}: {bounds.describe(value, 4)}"
         return reason
 
     def _check_filling_factor(self, record: Mapping[str, Any], domain: Domain) -> str:
@@ -103,6 +105,16 @@ class End:
         reached = sign * (record["filling_factor"] - stop.filling_factor) >= 0.0
         return f"filling factor {stop.filling_factor:.4g}" if reached else ""
 
+    def _check_displacements(self, domain: Domain, step: int) -> str:
+        """Reason of the end of a stage by the way of a surface, or ""."""
+        for name, bounds in self.plan.stop.surfaces.items():
+            if bounds.displacement is None or domain.surfaces is None:
+                continue
+            way = domain.surfaces.way_of(name, domain.dt * step) * domain.units("m")
+            if level := bounds.displacement.describe_crossing(way):
+                return f"displacement of {name} {level}"
+        return ""
+
     def _check_maximum(self, record: Mapping[str, Any], step: int) -> str:
         """Reason of the end of a stage whose tension has passed its maximum, or ""."""
         drop, tensions = self.plan.stop.past_maximum, self.state.tension
@@ -112,15 +124,21 @@ class End:
             return ""
         return f"the tension has fallen by {drop:.0%} below its largest value"
 
-    def bounded(self, record: Mapping[str, Any], domain: Domain) -> list[tuple[str, float, Bounds]]:
-        """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
+    def bounded(self, record: Mapping[str, Any], domain: Domain) -> list[tuple[str, float, Limits]]:
+        """(name, value [SI], Limits) of the loads and stresses of a record that may end it."""
         stop = self.plan.stop
-        out: list[tuple[str, float, Bounds]] = []
+        out: list[tuple[str, float, Limits]] = []
         bounds, measured = stop.pressure_bounds, pressure(record, domain)
         if bounds is not None and measured is not None:
             out.append(("pressure", measured, bounds))
         for name, bounds in stop.stress.components.items() if stop.stress is not None else ():
             out.append((f"stress {name}", component(record["stress"], name), bounds))
+        names = () if domain.surfaces is None else domain.surfaces.names
+        for surface, limits in stop.surfaces.items():
+            n = names.index(surface)
+            for name, bound in limits.loads.items():
+                value = float(record[SURFACE_LOADS[name]][n])
+                out.append((f"{name} of {surface}", value, bound))
         return out
 
     @property
@@ -128,7 +146,8 @@ class End:
         """True where a pressure, a stress or a filling factor under load may end it at a test."""
         stop, clock = self.plan.stop, self.clock
         dense = stop.filling_factor is not None and clock.bounded and bool(clock.controlled)
-        return dense or stop.pressure is not None or stop.stress is not None
+        named = stop.pressure is not None or stop.stress is not None
+        return dense or named or bool(stop.surfaces)
 
     def reached_between(self, record: Mapping[str, Any], sim: Engine) -> bool:
         """True if means since the last record, in `record`, or its filling factor cross a bound.
@@ -136,6 +155,8 @@ class End:
         A mean must be surely beyond it; a filling factor has no scatter.
         """
         if self._check_filling_factor(record, sim.domain):
+            return True
+        if self._check_displacements(sim.domain, sim.step):
             return True
         bounded = self.bounded(record, sim.domain)
         tests = self.state.tests

@@ -231,7 +231,7 @@ class PeriodicBoundary(BoundaryBlock):
 def get_drive(boundary: BoundaryBlock) -> Drive:
     """The Drive with the keys of a boundary, for a scene without stages."""
     values = {name: getattr(boundary, name, None) for name in Drive.model_fields}
-    return Drive.model_construct(**values | {"push": ()})
+    return Drive.model_construct(**values | {"push": (), "surfaces": {}})
 
 
 def bounded_axes(boundary: BoundaryBlock) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from dusttaichi.scene.fields import Block, Faults, Field, Number
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.quantities import Quantity, Vector
+from dusttaichi.scene.surface_drive import SurfaceDrive
 
 Speed = Annotated[float, Quantity("speed")]
 Rate = Annotated[float, Quantity("rate")]
@@ -94,6 +95,11 @@ class Drive(Block):
 
     sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
         None, description="velocity of a driven sphere, default its own `speed`"
+    )
+    surfaces: dict[str, SurfaceDrive] = Field(
+        {},
+        description="motion of surfaces by their names, each at a velocity or under a load, for "
+        "example {piston: {pressure: 10 kPa}}; others move as their own blocks say",
     )
     push: tuple[Push, ...] = Field(
         (),

@@ -54,6 +54,7 @@ _FORCES = {"N": 0, "uN": -6, "nN": -9, "pN": -12}
 _PRESSURES = {"GPa": 9, "MPa": 6, "kPa": 3, "Pa": 0}
 _ROWS = (
     ("a length", "m", "0.6 um", _LENGTHS, 1e-25, 1e7),
+    ("an area", "m^2", "300 um^2", {"m^2": 0, "um^2": -12}, 1e-40, 1e14),
     ("a time", "s", "0.3 ns", _TIMES, 1e-25, 1e9),
     ("a mass", "kg", "2.4 pg", {"kg": 0, "g": -3, "pg": -15}, 1e-30, 1e9, "masses"),
     ("a speed", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}, 1e-20, 3e8),

@@ -1,6 +1,6 @@
 """Stop conditions of a run."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Tag
 
@@ -8,25 +8,33 @@ from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Count, Faults, Field,
 from dusttaichi.scene.quantities import Quantity, format
 
 Stress = Annotated[float, Quantity("pressure", example="-5 kPa")]
+ABOVE, BELOW = (f"it ends once this is reached from {side}" for side in ("below", "above"))
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
-class Bounds(Block):
-    """Thresholds of a pressure or stress that end the stage: one of the two, or both."""
+class Limits(Block):
+    """Thresholds that end the stage: one of the two, or both. EXAMPLE: of one of them."""
 
-    above: Stress | None = Field(None, description="it ends once this is reached from below")
-    below: Stress | None = Field(None, description="it ends once this is reached from above")
+    EXAMPLE: ClassVar[str]
+    if TYPE_CHECKING:
+        above: float | None
+        below: float | None
 
     def faults(self) -> Faults:
         if self.above is self.below is None:
-            yield "", "above, below or both are needed, for example {below: 1 kPa}"
+            yield "", f"above, below or both are needed, for example {{below: {self.EXAMPLE}}}"
+
+    @classmethod
+    def describe(cls, value: float, digits: int = 6) -> str:
+        """Text of a value with its unit."""
+        return f"{value / 1e3:.{digits}g} kPa"
 
     def describe_crossing(self, value: float) -> str:
         """Threshold that has been crossed, as the end of a sentence; "" where none has been."""
         if self.above is not None and value >= self.above:
-            return f"{self.above / 1e3:.6g} kPa"
+            return self.describe(self.above)
         if self.below is not None and value <= self.below:
-            return f"no more than {self.below / 1e3:.6g} kPa"
+            return f"no more than {self.describe(self.below)}"
         return ""
 
     def surely_crossed(self, low: float, high: float) -> bool:
@@ -39,6 +47,62 @@ class Bounds(Block):
         above = self.above is not None and value >= self.above
         level = self.above if above else self.below
         return abs(value - level) / abs(level) if level else 0.0
+
+
+class Bounds(Limits):
+    """Thresholds of a pressure or stress that end the stage: one of the two, or both."""
+
+    EXAMPLE = "1 kPa"
+    above: Stress | None = Field(None, description=ABOVE)
+    below: Stress | None = Field(None, description=BELOW)
+
+
+Force = Annotated[float, Quantity("force", example="20 nN")]
+Length = Annotated[float, Quantity("length", example="2 um")]
+
+
+class ForceBounds(Limits):
+    """Thresholds of a force that end the stage: one of the two, or both."""
+
+    EXAMPLE = "20 nN"
+    above: Force | None = Field(None, description=ABOVE)
+    below: Force | None = Field(None, description=BELOW)
+
+    @classmethod
+    def describe(cls, value: float, digits: int = 6) -> str:
+        return format(value, "force", digits)
+
+
+class LengthBounds(Limits):
+    """Thresholds of a way that end the stage: one of the two, or both."""
+
+    EXAMPLE = "2 um"
+    above: Length | None = Field(None, description=ABOVE)
+    below: Length | None = Field(None, description=BELOW)
+
+    @classmethod
+    def describe(cls, value: float, digits: int = 6) -> str:
+        return format(value, "length", digits)
+
+
+class SurfaceBounds(Block):
+    """Load and way of a surface along its direction that end the stage; at least one is needed."""
+
+    force: ForceBounds | None = Field(
+        None, description="its force on the grains, averaged over output.window"
+    )
+    pressure: Bounds | None = Field(None, description="that force over its area")
+    displacement: LengthBounds | None = Field(None, description="its way since the start")
+
+    def faults(self) -> Faults:
+        if not self.loads and self.displacement is None:
+            yield "", "force, pressure or displacement is needed"
+
+    @property
+    def loads(self) -> dict[str, Limits]:
+        """The given bounds of a load, by name."""
+        items = {"force": self.force, "pressure": self.pressure}
+        return {name: bounds for name, bounds in items.items() if bounds is not None}
 
 
 class StressBounds(Block):
@@ -84,6 +148,11 @@ class Stop(Block):
         description="components of the virial stress, positive in tension, averaged over "
         "output.window, for example {zz: {below: -10 kPa}}",
     )
+    surfaces: dict[str, SurfaceBounds] = Field(
+        {},
+        description="load or way of surfaces by their names, along their directions, for example "
+        "{piston: {force: {above: 1 uN}}}; tested between records of the series as well",
+    )
     rest: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
         description="kinetic energy over the energy of the bonds at rest (of a continuum: over "
@@ -117,7 +186,7 @@ class Stop(Block):
     steps: Count | None = Field(None, description="number of time steps, in a stage from its start")
 
     def faults(self) -> Faults:
-        if all(getattr(self, name) is None for name in Stop.model_fields):
+        if all(getattr(self, name) in (None, {}) for name in Stop.model_fields):
             text = f"at least one of {', '.join(Stop.model_fields)} is needed, "
             yield "", text + "for example {filling_factor: 0.5}"
 

@@ -70,6 +70,19 @@ def check_drive(scene: Scene, path: str, plan: StagePlan) -> Faults:
             if open_:
                 yield f"{key_path}.{law}", f"the axis {open_[0]} is not periodic; give it 0"
     yield from _check_loads(scene, key_path, plan.drive)
+    for name in plan.drive.surfaces:
+        if text := find_unnamed_surface(scene, name):
+            yield f"{key_path}.surfaces.{name}", text
+
+
+def find_unnamed_surface(scene: Scene, name: str) -> str:
+    """Fault of the name of a surface that the scene does not have; "" of one that it has."""
+    names = [block.name for block in getattr(scene, "surfaces", ())]
+    if name in names:
+        return ""
+    known = ", ".join(n for n in names if n is not None)
+    allowed = f"allowed: {known}" if known else "give one of `surfaces` that name: its key is name"
+    return f"there is no surface of that name; {allowed}"
 
 
 def _check_loads(scene: Scene, key_path: str, drive: Drive) -> Faults:

@@ -9,6 +9,7 @@ from dusttaichi.scene.boundary import (
     filling_direction,
     has_strain,
 )
+from dusttaichi.scene.checks.drive import find_unnamed_surface
 from dusttaichi.scene.checks.protocol import Scene
 from dusttaichi.scene.drive import Drive
 from dusttaichi.scene.fields import Faults
@@ -37,6 +38,7 @@ def check_stop(scene: Scene, path: str, plan: StagePlan) -> Faults:
     if stop.creep is not None and not (drive.controls_load and bounded):
         text = "no load is controlled in a bounded box; give drive a pressure or a stress"
         yield f"{key_path}.creep", text
+    yield from _check_surfaces(scene, plan, ends_anyway, key_path)
     moving = has_strain(boundary, drive)
     if stop.strain is not None and not moving:
         text = "nothing is strained: no wall or face moves; stop by time or steps"
@@ -53,6 +55,22 @@ def check_stop(scene: Scene, path: str, plan: StagePlan) -> Faults:
             fault = "the tension may have no maximum; add strain, time or steps as the latest end"
         if fault is not None:
             yield f"{key_path}.past_maximum", fault
+
+
+def _check_surfaces(scene: Scene, plan: StagePlan, ends_anyway: bool, key_path: str) -> Faults:
+    blocks = {block.name: block for block in getattr(scene, "surfaces", ())}
+    for name, bounds in plan.stop.surfaces.items():
+        path = f"{key_path}.surfaces.{name}"
+        if text := find_unnamed_surface(scene, name):
+            yield path, text
+            continue
+        if blocks[name].pressing_direction is None:
+            yield path, f"it is along the direction of {name}, which has none; give it one"
+        elif bounds.pressure is not None and not blocks[name].has_area(scene.boundary):
+            text = "no area is defined; give the surface one, for example area: 300 um^2, or a "
+            yield f"{path}.pressure", text + "force here"
+        if not ends_anyway:
+            yield path, "it is not guaranteed to occur; add a time or steps as the latest end"
 
 
 def _check_filling_factor(boundary: BoundaryBlock, drive: Drive, key_path: str) -> Faults:

@@ -1,0 +1,39 @@
+"""Loads and ways of the surfaces of a run along the directions in which they press."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class SurfaceCourse:
+    """Course of a surface along its direction, SI; arrays (n,) over the records."""
+
+    name: str  #: As in the result.
+    time: np.ndarray  #: (n,).
+    load: np.ndarray  #: Force on the grains, average since the last record, (n,).
+    pressure: np.ndarray  #: This over the area of the surface, not a number without one, (n,).
+    way: np.ndarray  #: Since the start, (n,).
+
+
+def measure_surfaces(run):
+    """SurfaceCourse of each surface of a run of grains that has moved, and has a direction."""
+    if "surface_load" not in run.series:
+        return []
+    blocks, names = run.scene.get("surfaces", ()), run.series.surface.values.tolist()
+    ways, courses = run.series.surface_displacement.values, []
+    first = len(names) - len(blocks)  # behind a tube
+    for n, block in enumerate(blocks, start=first):
+        direction = block.get("direction") or block.get("normal")
+        if direction is None or not ways[:, n].any():
+            continue
+        unit = np.array(direction, float) / np.linalg.norm(direction)
+        course = SurfaceCourse(
+            name=names[n],
+            time=run.series.time.values,
+            load=run.series.surface_load.values[:, n],
+            pressure=run.series.surface_pressure.values[:, n],
+            way=ways[:, n] @ unit,
+        )
+        courses.append(course)
+    return courses
