@@ -27,6 +27,7 @@ from dusttaichi.grains.rigid_sphere import place_sphere
 from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.single_precision import check_precision
 from dusttaichi.grains.surface_placement import place_surfaces
+from dusttaichi.grains.surfaces_in_cells import check_in_cell
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import chosen_model
@@ -94,6 +95,7 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
     stage_kinds = {push.kind for push in list_stage_pushes(scene)}
     push = make_push(scene.push, sample.info, rank_of(order), dt, stage_kinds)
     box, cell = place_environment(table, sample, overlaps)
+    check_in_cell(surfaces, cell, (sample.positions / units.LENGTH, largest), scene)
     sample = describe_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
     if differing is not None:

@@ -17,7 +17,7 @@ from dusttaichi.scene.drive import (
     Stresses,
     find_conflicts,
 )
-from dusttaichi.scene.fields import Block, Faults, Field, Number, in_order_of
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Field, Number, in_order_of
 from dusttaichi.scene.quantities import Quantity, Vector
 
 Axes = Annotated[tuple[AxisName, ...], in_order_of(AXES)]
@@ -243,6 +243,15 @@ def bounded_axes(boundary: BoundaryBlock) -> tuple[str, ...]:
         for n, axis in enumerate(AXES)
         if axis in boundary.periodic_axes or set(WALLS[2 * n : 2 * n + 2]) <= set(boundary.walls)
     )
+
+
+def moves_faces(scene: AnyScene) -> bool:
+    """True where a stage of a scene moves the faces of a cell, or may."""
+    if not isinstance(scene.boundary, PeriodicBoundary):
+        return False
+    drives = [plan.drive for plan in scene.stage_plans]
+    top = "top" in scene.boundary.walls
+    return any(d.moving_faces or d.shear_rate or (d.controls_load and not top) for d in drives)
 
 
 def has_strain(boundary: BoundaryBlock, drive: Drive) -> bool:

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated
 
-from dusttaichi.scene.boundary import PeriodicBoundary
+from dusttaichi.scene.boundary import moves_faces
 from dusttaichi.scene.fields import AnyScene, Block, Faults, Field, Number
 from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.quantities import Quantity, Vector
@@ -100,8 +100,5 @@ def check(scene: AnyScene) -> Faults:
         yield "numerics.precision", text
     if scene.boundary.kind == "tube":
         yield "sphere", "its contacts with a tube are not computed; use another boundary"
-    if isinstance(scene.boundary, PeriodicBoundary):
-        drives = [plan.drive for plan in scene.stage_plans]
-        top = "top" in scene.boundary.walls
-        if any(d.moving_faces or d.shear_rate or (d.controls_load and not top) for d in drives):
-            yield "sphere", "the faces of its cell must rest; wall_speed may be used"
+    if moves_faces(scene):
+        yield "sphere", "the faces of its cell must rest; wall_speed may be used"

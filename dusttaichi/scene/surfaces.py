@@ -14,7 +14,7 @@ from pydantic import Field
 from dusttaichi.physics.forces.force_numbers import Number as Number
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.physics.surfaces.surface_motion import SurfaceMotion
-from dusttaichi.scene.boundary import BoundaryBlock, bounded_axes
+from dusttaichi.scene.boundary import BoundaryBlock, bounded_axes, moves_faces
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.fields import Number as Plain
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
@@ -214,8 +214,8 @@ def check(scene: Any) -> Faults:
     yield from find_name_faults(scene)
     yield from check_loads(scene)
     for n, surface in enumerate(scene.surfaces):
-        if scene.boundary.periodic_axes:
-            text = "the cell is repeated, and a surface is not; use boundary.kind: open or box"
+        if moves_faces(scene):
+            text = "the faces of a cell with surfaces must rest; wall_speed may be used"
             yield f"surfaces.{n}", text
         for path, text in surface.conflicts(scene):
             yield f"surfaces.{n}.{path}".rstrip("."), text
@@ -224,9 +224,6 @@ def check(scene: Any) -> Faults:
     if scene.sphere is not None:
         text = "contacts of the sphere with surfaces are not computed; leave one of them out"
         yield "surfaces", text
-    if scene.numerics.precision == "f32":
-        text = "single precision does not resolve a curved surface; allowed: f64, mixed"
-        yield "numerics.precision", text
 
 
 class Plane(Surface):
