@@ -108,7 +108,7 @@ def go_on(sim):
 
 def test_stages_move_it_and_a_checkpoint_has_its_load():
     """A simulation that is resumed has the same bits."""
-    lid = plane(1.01 * HEIGHT, largest_speed="1 m/s", pressure="20 kPa")
+    lid = plane(2.0 * SIDE + RADIUS, largest_speed="1 m/s", pressure="20 kPa")
     first = press(OPEN_TOP, [lid]).sim
     first.stepper.advance(6 * EVERY + 7)
     state = first.state()
