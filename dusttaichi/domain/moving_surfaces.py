@@ -60,11 +60,11 @@ class Surfaces:
         """The SurfaceState now."""
         return SurfaceState(self.table, {str(servo.axes[0]): servo for servo in self.servos})
 
-    def restored(self, state: SurfaceState) -> Surfaces:
+    def with_state(self, state: SurfaceState) -> Surfaces:
         """The surfaces in that state."""
         return replace(self, table=state.table, servos=tuple(state.servos.values()))
 
-    def moved(self, velocities: NDArray[np.float64], time: float) -> Surfaces:
+    def with_velocities(self, velocities: NDArray[np.float64], time: float) -> Surfaces:
         """The surfaces with other velocities (S, 3) from a time on, at which they stay in place."""
         table, first = self.table.copy(), self.model.motion
         shift, velocity = (slice(first + c, first + c + 3) for c in (SHIFT, VELOCITY))
@@ -72,7 +72,7 @@ class Surfaces:
         table[:, velocity] = velocities
         return replace(self, table=table)
 
-    def turned(self, spins: NDArray[np.float64]) -> Surfaces:
+    def with_spins(self, spins: NDArray[np.float64]) -> Surfaces:
         """The surfaces with other angular velocities (S, 3)."""
         table, first = self.table.copy(), self.model.motion + SPIN
         table[:, first : first + 3] = spins

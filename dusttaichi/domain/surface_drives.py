@@ -40,8 +40,8 @@ def drive_surfaces(
             servo = _make_servo(domain, n, stage, step, integral)
             servos.append(servo)
             velocities[n] += servo.speed[0] * surfaces.directions[n]
-    moved = surfaces.moved(velocities, domain.dt * step)
-    return replace(moved.turned(spins), servos=tuple(servos))
+    moved = surfaces.with_velocities(velocities, domain.dt * step)
+    return replace(moved.with_spins(spins), servos=tuple(servos))
 
 
 def _make_servo(
@@ -83,4 +83,4 @@ def steer_surfaces(domain: Domain, step: int, integral: Integral) -> Surfaces:
         updated = servo.update(load, now, domain.dt)
         velocities[n] += (updated.speed[0] - servo.speed[0]) * surfaces.directions[n]
         servos.append(updated)
-    return replace(surfaces.moved(velocities, domain.dt * step), servos=tuple(servos))
+    return replace(surfaces.with_velocities(velocities, domain.dt * step), servos=tuple(servos))

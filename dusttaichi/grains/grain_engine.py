@@ -238,7 +238,7 @@ class GrainEngine(EngineOfParts):
         }
         if self.domain.surfaces is not None:
             surface_state = from_plain(SurfaceState, numbers["surfaces"])
-            moving["surfaces"] = self.domain.surfaces.restored(surface_state)
+            moving["surfaces"] = self.domain.surfaces.with_state(surface_state)
         self.environment.domain = replace(self.domain, **moving)
         if self.sphere is not None:
             self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])

@@ -240,9 +240,8 @@ class Quantity(Mark):
     """Marks a pydantic field that is written with a unit and stored as an SI float.
 
     gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
-    several. count: length of a list of quantities, stored as a tuple; with `spread` a single one
-    applies to all of them, with `mixed` the word is allowed in the list. bare_unit: "um" means
-    "1 um".
+    several. count: length of a list of quantities, stored as a tuple; with `spread` one applies to
+    all of them, with `mixed` the word is allowed in the list. bare_unit: "um" means "1 um".
     """
 
     dimension: str
