@@ -53,22 +53,22 @@ def _check_rest(scene, name, n, axis):
 
 def _check_faces(surfaces, n, cell, axis, grains):
     """Raise DustError where a surface is near the faces across an axis; grains: see above."""
-    (positions, radius), low = grains, cell.low(0.0)
-    high = low + cell.edges(0.0)
-    ends = []
-    for other in range(3):
-        first, last = low[other], high[other]
-        if other not in cell.axes:
-            first, last = positions[:, other].min() - radius, positions[:, other].max() + radius
-        ends.append(np.linspace(first, last, POINTS))
+    (positions, radius), low, edges = grains, cell.low(0.0), cell.edges(0.0)
+    periodic = np.isin(np.arange(3), cell.axes)
+    low = np.where(periodic, low, positions.min(axis=0))
+    high = np.where(periodic, low + edges, positions.max(axis=0))
+    # along open axes as far as the surface is, which may move there
+    away = abs(surfaces.distances(n, 0.5 * (low + high)[None], 0.0)[0]) + edges.max()
+    low, high = np.where(periodic, low, low - away), np.where(periodic, high, high + away)
+    ends = [np.linspace(low[other], high[other], POINTS) for other in range(3)]
     others = [other for other in range(3) if other != axis]
     face = np.empty((POINTS, POINTS, 3))
     face[..., others[0]], face[..., others[1]] = np.meshgrid(*(ends[k] for k in others))
     nearest = np.inf
     for end in (low[axis], high[axis]):
         face[..., axis] = end
-        away = surfaces.distances(n, face.reshape(-1, 3), 0.0)
-        nearest = min(nearest, float(np.abs(away).min()))
+        distances = surfaces.distances(n, face.reshape(-1, 3), 0.0)
+        nearest = min(nearest, float(np.abs(distances).min()))
     # distances between the points of the grid
     nearest -= 0.5 * np.hypot(*(ends[k][1] - ends[k][0] for k in others))
     if nearest < CLEAR * radius:
