@@ -39,13 +39,14 @@ def press(boundary, surfaces=(), **keys):
 def pressed_by(boundary, surfaces=()):
     """After forty changes of speed: positions [m], way of the lid [um], changes of the energies."""
     probe = press(boundary, surfaces)
+    top = probe.sim.domain.box.planes(0.0)[5]
     start = balance(probe.sim.ledger.measure_energies())
     probe.advance(40 * EVERY)
     domain, time = probe.sim.domain, probe.sim.environment.time
     if surfaces:
         way = domain.surfaces.way_of("lid", time)
     else:
-        way = domain.box.planes(0.0)[5] - domain.box.planes(time)[5]
+        way = top - domain.box.planes(time)[5]
     return probe.x, way, balance(probe.sim.ledger.measure_energies()) - start
 
 
