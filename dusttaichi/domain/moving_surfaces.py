@@ -25,7 +25,7 @@ from dusttaichi.physics.surfaces.surface_motion import SurfaceMotion
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """What changes of Surfaces: their table, and their servos by their numbers, as texts."""
+    """Changing values of Surfaces: their table, and their servos by their numbers, as texts."""
 
     table: NDArray[np.float64]
     servos: dict[str, Servo]

@@ -234,7 +234,7 @@ ALONG = {"kind": "periodic", "axes": ["x"], "size": ["16 um", "fit", "fit"]}
 
 def roll_along(boundary=None, precision="f64"):
     """A grain at a rod along x that slides, rolls and twists on it, through the face at 8 um."""
-    x = np.array([(7.9e-6, 0, LARGE + RADIUS - 1e-10), (0, 0, LARGE + 3 * RADIUS)])
+    x = np.array([(7.9e-6, 0, LARGE + RADIUS - 1e-10), (-7.9e-6, 0, LARGE + 3 * RADIUS)])
     v, w = np.array([(1.0, 0.3, 0), (0, 0, 0)]), np.array([(1e5, 5e5, 2e5), (0, 0, 0)])
     numerics = {"precision": precision}
     keys = {"boundary": boundary, "damping": "viscoelastic", "dt": "0.1 ns", "numerics": numerics}
