@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +12,31 @@ from numpy.typing import NDArray
 from dusttaichi.domain.servo import SURFACE, Servo, continue_motion, start_servo
 
 if TYPE_CHECKING:
-    from dusttaichi.domain.domain import Domain
     from dusttaichi.domain.moving_surfaces import Surfaces
+    from dusttaichi.domain.walls import Box
     from dusttaichi.physics.surfaces.surface_motion import SurfaceDrive, SurfaceMotion
+    from dusttaichi.units import Units
+
+
+class Room(Protocol):
+    """Surfaces of a domain.Domain, and the room around them."""
+
+    @property
+    def dt(self) -> float: ...
+    @property
+    def units(self) -> Units: ...
+    @property
+    def box(self) -> Box | None: ...
+    @property
+    def surfaces(self) -> Surfaces | None: ...
+    def surface_area(self, n: int, step: int) -> float: ...
+
 
 Integral = Callable[[Servo], NDArray[np.float64]]
 
 
 def drive_surfaces(
-    domain: Domain, drives: Mapping[str, SurfaceDrive], step: int, integral: Integral | None
+    domain: Room, drives: Mapping[str, SurfaceDrive], step: int, integral: Integral | None
 ) -> Surfaces | None:
     """Surfaces of a Domain with the motion of a stage from that step on; None without any.
 
@@ -45,7 +61,7 @@ def drive_surfaces(
 
 
 def _make_servo(
-    domain: Domain, n: int, motion: SurfaceMotion, step: int, integral: Integral | None
+    domain: Room, n: int, motion: SurfaceMotion, step: int, integral: Integral | None
 ) -> Servo:
     """The Servo of surface n of a Domain, whose load a SurfaceMotion has, from that step on."""
     surfaces, per_area = domain.surfaces, motion.pressure is not None
@@ -70,7 +86,7 @@ def _make_servo(
     return continue_motion(first, last, speed, gain=motion.gain, widens=widens, dt=domain.dt)
 
 
-def steer_surfaces(domain: Domain, step: int, integral: Integral) -> Surfaces:
+def steer_surfaces(domain: Room, step: int, integral: Integral) -> Surfaces:
     """Surfaces of a Domain after the changes of speed that their servos are due for at a step."""
     surfaces, servos = domain.surfaces, []
     assert surfaces is not None
