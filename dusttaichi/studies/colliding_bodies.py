@@ -134,7 +134,8 @@ class MemberBodies(Encounter):
 
     def enter(self, run: GrainEngine, member: int) -> None:
         """Continue as a member of a GrainEngine, after `passed` steps."""
-        self.run, self.member, self.units = run, member, run.units
+        self.run: Any = run  # which has members
+        self.member, self.units = member, run.units
         self._steps_before = self.passed - run.step
         self.dt, self.channels = run.dt * run.units("s"), run.channels
         self._labels: tuple[int, NDArray[np.intp]] | None = None
