@@ -147,12 +147,12 @@ class MemberBodies(Encounter):
     @property
     def step(self) -> int:
         """Steps since its start."""
-        return self.run.step + self._steps_before
+        return int(self.run.step + self._steps_before)
 
     @property
     def time(self) -> float:
         """Time since its start [us]."""
-        return self.step * self.run.dt
+        return float(self.step * self.run.dt)
 
     @property
     def suspect(self) -> str:
