@@ -24,16 +24,15 @@ from dusttaichi.analysis.fragments import (
     measure_growth_efficiency,
 )
 from dusttaichi.analysis.frame import Frame, count_frames, read_frame, read_grain_masses
+from dusttaichi.analysis.friction import Friction, fit_friction
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, measure_isotropic_compression
 from dusttaichi.analysis.ledger import Ledger, Losses, compute_ledger, measure_losses
 from dusttaichi.analysis.load_control import measure_load_control
 from dusttaichi.analysis.loads import (
     ControlledLoad,
-    Friction,
     Shearing,
     StrengthTest,
     Triaxial,
-    fit_friction,
     is_triaxial,
     measure_controlled_loads,
     measure_shear_tests,

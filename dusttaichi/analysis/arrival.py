@@ -1,14 +1,23 @@
 """Arrival times of a push at the grains, and the speed of sound (PD08 section 3.2)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
-from dusttaichi.analysis.frame import count_frames, read_frame
+from dusttaichi.analysis.frame import count_frames, read_frame, read_snapshots
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.material_interface import reduced_modulus
 from dusttaichi.physics.geometry import WALLS, nearest_image
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
 
 
 @dataclass(frozen=True)
@@ -16,27 +25,34 @@ class Arrival:
     """Times at which N grains first moved by more than a threshold."""
 
     #: Since the first snapshot [s], (N,); NaN for a grain that has not moved that far.
-    time: np.ndarray
+    time: NDArray[np.float64]
     #: At the start, from the nearest pushed grain or from the plane of the pushed wall or face [m],
     #: (N,); 0 for pushed grains.
-    distance: np.ndarray
+    distance: NDArray[np.float64]
     threshold: float  #: Displacement that counts [m].
     push: float  #: Displacement of which the threshold is a fraction [m].
 
     @property
-    def reached(self):
+    def reached(self) -> NDArray[np.bool_]:
         """(N,) bool: the signal came from elsewhere and has arrived."""
         return (self.distance > 0.0) & (self.time > 0.0)
 
     @property
-    def speed(self):
+    def speed(self) -> NDArray[np.float64]:
         """Distance over time of each grain [m/s], (N,) (PD08 Fig 7); NaN where not reached."""
-        out = np.full(len(self.time), np.nan)
-        return np.divide(self.distance, self.time, out=out, where=self.reached)
+        speed = np.full(len(self.time), np.nan)
+        np.divide(self.distance, self.time, out=speed, where=self.reached)
+        return speed
 
 
 def measure_arrival(
-    run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0
+    run: Run,
+    pushed: int | str | None = None,
+    *,
+    fraction: float = 0.1,
+    threshold: float | None = None,
+    push: float | None = None,
+    first: int = 0,
 ) -> Arrival:
     """Arrival of a push at the grains of a run.
 
@@ -69,29 +85,32 @@ def measure_arrival(
         The grain or wall does not exist or has not moved.
     """
     start = read_frame(run, first, contacts=False)
+    source: int | str | NDArray[np.intp]
     if pushed is None:
-        pushed, distance, size = _first_push(run, start)
-        push = size if push is None else push
+        source, distance = _first_push(run, start)
+        push = _measure_push(run) if push is None else push
     else:
-        distance = _distance(start, pushed)
+        source, distance = pushed, _distance(start, pushed)
     times, displaced, moved = _motion(run, start)
     if push is None:
-        by_wall = isinstance(pushed, str)
-        push = (moved[:, WALLS.index(pushed)] if by_wall else displaced[:, pushed]).max()
+        path = moved[:, WALLS.index(source)] if isinstance(source, str) else displaced[:, source]
+        push = float(path.max())
     if threshold is None:
         threshold = fraction * push
     if not threshold > 0.0:
         raise DustError(
-            f"{run.path}: {pushed} is not displaced after snapshot {start.number}, so there is no "
+            f"{run.path}: {source} is not displaced after snapshot {start.number}, so there is no "
             "signal; allowed: the grain or wall that is pushed, or a threshold above 0."
         )
     time = _crossing(times, displaced, threshold)
     return Arrival(time, distance, float(threshold), float(push))
 
 
-def _motion(run, start):
+def _motion(
+    run: Run, start: Frame
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Times (T,) since the Frame `start`, displacements of grains (T, N) and walls (T, 6)."""
-    snapshots, following = run.tree["snapshots"], slice(start.number, count_frames(run))
+    snapshots, following = read_snapshots(run), slice(start.number, count_frames(run))
     times = snapshots.snapshot_time[following].values - start.time
     cells = np.tile(start.cell.ravel(), (len(times), 1))
     if "box" in snapshots:
@@ -105,8 +124,8 @@ def _motion(run, start):
     return times, displaced, np.abs(cells - start.cell.ravel())
 
 
-def _first_push(run, start):
-    """Grains of the first push of a run, distances from it (N,) [m], and its size [m]."""
+def _first_push(run: Run, start: Frame) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Grains of the first push of a run, and distances from it (N,) [m]."""
     if not run.pushes:
         raise DustError(f"{run.path}: its scene has no push; name the pushed grain or wall.")
     push = run.pushes[0]
@@ -118,30 +137,49 @@ def _first_push(run, start):
     else:
         distance = scipy.spatial.cKDTree(start.position[group]).query(start.position)[0]
     distance[group] = 0.0
-    return group, distance, push["size"] if "size" in push else _overlap(run.material)
+    return group, distance
 
 
-def _overlap(material):
-    """delta0 of two grains at rest [m]."""
+def _measure_push(run: Run) -> float:
+    """Size of the first push [m]: its displacement, or delta0 of two grains at rest.
+
+    Raises DustError for several materials, or an unknown one.
+    """
+    material = run.material
+    if "size" in run.pushes[0]:
+        return float(run.pushes[0]["size"])
+    if material is None:
+        raise DustError(
+            f"{run.path}: its push has no displacement, and its grains not one material whose "
+            "overlap takes its place; allowed: push, the displacement in metres."
+        )
     R = constants.reduced_radius(material.radius, material.radius)
-    E_star = constants.reduced_modulus(material)
+    E_star = reduced_modulus(material)
     a0 = constants.equilibrium_contact_radius(material.surface_energy, R, E_star)
-    return constants.equilibrium_overlap(a0, R)
+    return float(constants.equilibrium_overlap(a0, R))
 
 
-def _distance(start, pushed):
+def _distance(start: Frame, pushed: int | str) -> NDArray[np.float64]:
+    positions = start.position
     if isinstance(pushed, str):
-        present = {w: x for w, x in zip(WALLS, start.cell.ravel(), strict=True) if not np.isnan(x)}
+        faces: dict[str, float] = dict(zip(WALLS, start.cell.ravel().tolist(), strict=True))
+        present = {wall: x for wall, x in faces.items() if not np.isnan(x)}
         if pushed not in present:
             allowed = ", ".join(present) or "none"
             raise DustError(f'There is no wall "{pushed}"; allowed: {allowed}.')
-        return np.abs(start.position[:, WALLS.index(pushed) // 2] - present[pushed])
-    if not 0 <= pushed < len(start.position):
-        raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(start.position) - 1}.")
-    return np.linalg.norm(start.nearest(start.position - start.position[pushed]), axis=1)
+        along = positions[:, WALLS.index(pushed) // 2]
+        from_wall: NDArray[np.float64] = np.abs(along - present[pushed])
+        return from_wall
+    if not 0 <= pushed < len(positions):
+        raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(positions) - 1}.")
+    away = start.nearest(positions - positions[pushed])
+    from_grain: NDArray[np.float64] = np.linalg.norm(away, axis=1)
+    return from_grain
 
 
-def _crossing(times, values, level):
+def _crossing(
+    times: NDArray[np.float64], values: NDArray[np.float64], level: float
+) -> NDArray[np.float64]:
     """Times (N,) at which the columns of values (T, N) first exceed the level, interpolated."""
     over = values > level
     high_snapshot = np.argmax(over, axis=0)
@@ -163,7 +201,7 @@ class SoundSpeed:
     grains: int  #: Number of grains in the fit.
 
 
-def fit_sound_speed(arrivals, beyond=0.0) -> SoundSpeed:
+def fit_sound_speed(arrivals: Arrival, beyond: float = 0.0) -> SoundSpeed:
     """Fit of the speed of sound to the arrival times of all reached grains, by least squares.
 
     Parameters

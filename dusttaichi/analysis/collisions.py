@@ -1,11 +1,21 @@
 """Many collisions in one dataset, and the table that coagulation codes read."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import scipy
 import xarray as xr
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.analysis.outcome import DEFINITIONS, PAGE
 from dusttaichi.analysis.texts import format_csv
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.texts import TextColumn
+
 
 AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
 FAILED = "failed"
@@ -35,7 +45,11 @@ NUMBERS = {
 LEAST_FRAGMENTS = 10  # for a slope
 
 
-def build_collisions_dataset(rows, axes, attrs=None):
+def build_collisions_dataset(
+    rows: Sequence[Mapping[str, Any]],
+    axes: Mapping[str, Sequence[Any]],
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
     """One xr.Dataset, SI, of the rows of a study (studies.collide), in the order of its axes.
 
     axes: name -> values, those of AXES. Numbers (body, mass_ratio, speed, impact_parameter, seed)
@@ -78,7 +92,7 @@ def build_collisions_dataset(rows, axes, attrs=None):
     return data
 
 
-def _describe_outcomes():
+def _describe_outcomes() -> dict[str, str]:
     """Attributes of the variable `outcome`: its values and their definitions."""
     texts = [f"{name}: {text}" for name, text in DEFINITIONS.items()]
     texts += [f"{MISS}: the bodies have not touched", f"{FAILED}: stopped, its outcome is unknown"]
@@ -89,7 +103,7 @@ def _describe_outcomes():
     }
 
 
-def _read_numbers(row):
+def _read_numbers(row: Mapping[str, Any]) -> dict[str, float]:
     """The numbers of a row by the names of NUMBERS; None becomes not a number."""
     target, projectile = row.get("filling_factor") or (None, None)
     numbers = {"target_filling_factor": target, "projectile_filling_factor": projectile}
@@ -103,7 +117,7 @@ def _read_numbers(row):
 # -- slope of the fragments ----------------------------------------------------------------------
 
 
-def fit_fragment_slope(grains, largest):
+def fit_fragment_slope(grains: ArrayLike, largest: float) -> tuple[float, float]:
     """(tau, its standard error) of fragments whose number falls as n(N) ~ N^-tau, N = 1..largest.
 
     grains: (F,) of each fragment. By the largest likelihood of whole numbers (Clauset et al. 2009,
@@ -116,7 +130,7 @@ def fit_fragment_slope(grains, largest):
         return np.nan, np.nan
     logs, mean_log = np.log(np.arange(1, int(largest) + 1)), np.log(grains).mean()
 
-    def moments(tau):
+    def moments(tau: float) -> tuple[float, float]:
         weights = np.exp(-tau * logs)
         mean = weights @ logs / weights.sum()
         return mean, weights @ (logs - mean) ** 2 / weights.sum()
@@ -125,7 +139,9 @@ def fit_fragment_slope(grains, largest):
     return float(tau), float(1.0 / np.sqrt(len(grains) * moments(tau)[1]))
 
 
-def select_fragments(data, is_selected):
+def select_fragments(
+    data: xr.Dataset, is_selected: NDArray[np.bool_]
+) -> tuple[NDArray[np.integer], int]:
     """(grains of all fragments but the two largest remnants of each collision, collisions).
 
     is_selected: a boolean array over the dimensions AXES, the collisions that count; misses do not.
@@ -143,7 +159,7 @@ AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution"
             "target_filling_factor", "projectile_filling_factor")  # fmt: skip
 
 
-def tabulate_collisions(data):
+def tabulate_collisions(data: xr.Dataset) -> tuple[list[str], list[list[Any]]]:
     """(header, rows) of the table for coagulation codes: lists of values.
 
     There is a row for every body, mass ratio, speed and impact parameter (over: "point"); where
@@ -184,7 +200,7 @@ def tabulate_collisions(data):
     return header, rows
 
 
-def compute_phase_losses(data):
+def compute_phase_losses(data: xr.Dataset) -> dict[str, xr.DataArray]:
     """Shares of the energy that are dissipated in compression and in stretching.
 
     DataArrays between 0 and 1: compression_loss, share of the available energy; stretching_loss,
@@ -201,7 +217,12 @@ def compute_phase_losses(data):
     }
 
 
-def _average_row(data, is_selected, columns, outcomes_hit):
+def _average_row(
+    data: xr.Dataset,
+    is_selected: NDArray[np.bool_],
+    columns: Mapping[str, NDArray[np.float64]],
+    outcomes_hit: Sequence[str],
+) -> list[Any]:
     outcomes = data.outcome.values[is_selected]
     has_outcome = outcomes != FAILED
     hit = has_outcome & (outcomes != MISS)
@@ -215,7 +236,7 @@ def _average_row(data, is_selected, columns, outcomes_hit):
     return [*row, int((data.settled.values[is_selected] == 0).sum()), int((~has_outcome).sum())]
 
 
-def compute_mean_and_error(values):
+def compute_mean_and_error(values: NDArray[np.float64]) -> list[float]:
     """[mean, standard error] of those that are numbers; not a number of none, or fewer than two."""
     values = values[np.isfinite(values)]
     mean = values.mean() if len(values) else np.nan
@@ -223,28 +244,31 @@ def compute_mean_and_error(values):
     return [mean, error]
 
 
-def format_collision_table(data):
+def format_collision_table(data: xr.Dataset) -> str:
     """The table as CSV, empty where there is no number."""
     header, rows = tabulate_collisions(data)
     return format_csv([header, *([_format_cell(value) for value in row] for row in rows)])
 
 
-def _format_cell(value):
+def _format_cell(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return "" if np.isnan(value) else f"{value:.6g}"
     return value
 
 
-def format_collision_summary(data):
+def format_collision_summary(data: xr.Dataset) -> tuple[list[TextColumn], list[TextColumn]]:
     """(keys, columns) of a table to print: (header, texts), over impact parameters and seeds."""
     index = list(np.ndindex(data.outcome.shape[:3]))
-    keys = [("speed m/s", [f"{data.speed.values[n[2]]:.3g}" for n in index])]
+    keys: list[TextColumn] = [("speed m/s", [f"{data.speed.values[n[2]]:.3g}" for n in index])]
     for axis, name in ((1, "mass_ratio"), (0, "body")):
         if data.sizes[name] > 1:
             values = [data[name].values[n[axis]] for n in index]
-            keys.insert(0, (name.replace("_", " "), [f"{v:g}" if axis else v for v in values]))
+            texts = [f"{value:g}" if axis else str(value) for value in values]
+            keys.insert(0, (name.replace("_", " "), texts))
     points = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
-    columns = [("growth efficiency", [_format_mean(point.growth_efficiency) for point in points])]
+    columns: list[TextColumn] = [
+        ("growth efficiency", [_format_mean(point.growth_efficiency) for point in points])
+    ]
     columns.append(("largest fragment", [_format_mean(point.largest) for point in points]))
     present = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
     columns += [
@@ -253,7 +277,7 @@ def format_collision_summary(data):
     return keys, columns
 
 
-def _format_mean(values):
+def _format_mean(values: xr.DataArray) -> str:
     mean, error = compute_mean_and_error(values.values.ravel())
     if np.isnan(mean):
         return "-"

@@ -5,16 +5,24 @@ Therefore the curve is smoothed along the filling factor. Where a unique filling
 pressure is needed, isotonic regression makes the pressure grow with the filling factor first.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.kind import is_dynamic, measure_wall_speed
 from dusttaichi.analysis.profile import average_inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
@@ -28,13 +36,13 @@ class Curve:
     """A compression curve, smoothed and as measured."""
 
     #: Mean of every bin of filling factor that has a positive pressure, (bins,).
-    filling_factor: np.ndarray
-    pressure: np.ndarray  #: Median pressure of the bins [Pa], (bins,).
-    count: np.ndarray  #: Number of points of the bins, (bins,).
-    raw_filling_factor: np.ndarray  #: As recorded, (times,).
-    raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
+    filling_factor: NDArray[np.float64]
+    pressure: NDArray[np.float64]  #: Median pressure of the bins [Pa], (bins,).
+    count: NDArray[np.float64]  #: Number of points of the bins, (bins,).
+    raw_filling_factor: NDArray[np.float64]  #: As recorded, (times,).
+    raw_pressure: NDArray[np.float64]  #: As recorded [Pa], (times,).
 
-    def monotone(self):
+    def monotone(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The curve as (lg P, filling factor), each (bins,), with lg P strictly growing.
 
         lg P is the isotonic regression of the bins' lg P on the filling factor, weighted by their
@@ -49,7 +57,7 @@ class Curve:
 
 
 def measure_compression_curve(
-    run, bin_width=BIN_WIDTH, quantity="filling_factor", peaks=1
+    run: Run, bin_width: float = BIN_WIDTH, quantity: str = "filling_factor", peaks: int = 1
 ) -> Curve:
     """Compression curve of a run: the median pressure in bins of filling factor.
 
@@ -85,12 +93,13 @@ def measure_compression_curve(
     return Curve(mean[up], median[up], count[up], phi, pressure)
 
 
-def _select_loading_stages(run):
+def _select_loading_stages(run: Run) -> list[Run]:
     """The stages that compress, each beyond the largest filling factor of those before it."""
     stages = [stage for stage in run.parts if stage.compresses]
     if len(stages) < 2:
         return stages or [run]
-    largest_phi, loading = -np.inf, []
+    largest_phi: float = -np.inf
+    loading: list[Run] = []
     for stage in stages:
         new_records = stage.beyond(largest_phi) if loading else stage
         if len(new_records.series.time):
@@ -101,7 +110,7 @@ def _select_loading_stages(run):
     return loading
 
 
-def _read_points(stage, quantity):
+def _read_points(stage: Run, quantity: str) -> NDArray[np.float64]:
     """Filling factor and pressure on the top wall of the records that have both, (2, times)."""
     series, phi = stage.series, None
     if quantity in series:
@@ -122,7 +131,9 @@ def _read_points(stage, quantity):
     return np.array([phi[is_finite], pressure[is_finite]])
 
 
-def bin_medians(numbers, phi, values):
+def bin_medians(
+    numbers: NDArray[np.float64], phi: NDArray[np.float64], values: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Mean of phi, median of values and count in each bin, by growing bin number: (bins,) each.
 
     numbers: of the bin of each point, (points,).
@@ -134,7 +145,7 @@ def bin_medians(numbers, phi, values):
     return np.array(rows).reshape(-1, 3).T
 
 
-def choose_compression_law(run):
+def choose_compression_law(run: Run) -> laws.CompressionLaw:
     """Compression law of the literature that applies to a run.
 
     Between plates, where the cake spreads sideways, the unidirectional law of the laboratory; under
@@ -146,7 +157,7 @@ def choose_compression_law(run):
     return laws.dynamic_law(speed) if is_dynamic(run) and speed <= FASTEST else laws.S12_STATIC
 
 
-def find_onset(curve, rise=0.1):
+def find_onset(curve: Curve, rise: float = 0.1) -> float:
     """Pressure [Pa] at which a cake starts to yield (PD08 section 3.1).
 
     It is where `Curve.monotone` crosses (1 + rise) times the filling factor of the curve's first

@@ -1,12 +1,21 @@
 """Fit of the compression law S12 eq 31 to a curve, and the distance of a curve from a law."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.compression import Curve
+
 
 # of the fitted numbers, p_m as lg p_m
 BOUNDS = {"p_m": (-2.0, 12.0), "delta": (1e-3, 20.0), "phi1": (0.0, 1.0), "phi2": (0.0, 1.0)}
@@ -17,48 +26,48 @@ class Fit:
     """S12 eq 31 fitted to a curve."""
 
     law: laws.CompressionLaw  #: CompressionLaw with the fitted parameters.
-    sigma: dict  #: Parameter -> 1-sigma uncertainty, 0 of a fixed parameter.
+    sigma: dict[str, float]  #: Parameter -> 1-sigma uncertainty, 0 of a fixed parameter.
     rms: float
     points: int
 
     @property
-    def p_m(self):
+    def p_m(self) -> float:
         """Pressure p_m [Pa]."""
         return self.law.p_m
 
     @property
-    def delta(self):
+    def delta(self) -> float:
         """Width Delta [dex]."""
         return self.law.delta
 
     @property
-    def p_m_sigma(self):
+    def p_m_sigma(self) -> float:
         """1-sigma uncertainty of p_m [Pa]."""
         return self.sigma["p_m"]
 
     @property
-    def delta_sigma(self):
+    def delta_sigma(self) -> float:
         """1-sigma uncertainty of Delta [dex]."""
         return self.sigma["delta"]
 
 
-def correlation_factor(residual):
+def correlation_factor(residual: NDArray[np.float64]) -> float:
     """Factor sqrt((1 + r)/(1 - r)) by which correlated neighbours widen an uncertainty."""
     centred = residual - residual.mean()
     scale = np.sum(centred**2)
     r = np.sum(centred[1:] * centred[:-1]) / scale if scale > 0 else 0.0
     r = min(max(r, 0.0), 0.95)
-    return np.sqrt((1 + r) / (1 - r))
+    return float(np.sqrt((1 + r) / (1 - r)))
 
 
 def fit_compression(
-    curve,
-    phi1=0.15,
-    phi2=0.58,
+    curve: Curve,
+    phi1: float = 0.15,
+    phi2: float = 0.58,
     *,
-    free=(),
-    phi_high=np.inf,
-    weights="bins",
+    free: Sequence[str] = (),
+    phi_high: float = np.inf,
+    weights: str = "bins",
 ) -> Fit:
     """Fit of S12 eq 31 to the bins of a curve, by least squares in the filling factor.
 
@@ -98,11 +107,11 @@ def fit_compression(
     half = np.interp(0.5 * (phi1 + phi2), phi, decades)
     start = {"p_m": half, "delta": 0.5, "phi1": phi1, "phi2": phi2}
 
-    def numbers(parameters):
+    def numbers(parameters: Sequence[float]) -> dict[str, float]:
         values = start | dict(zip(names, parameters, strict=True))
         return values | {"p_m": 10 ** values["p_m"]}
 
-    def model(lg_pressure, *parameters):
+    def model(lg_pressure: NDArray[np.float64], *parameters: float) -> NDArray[np.float64]:
         return laws.filling_factor(10**lg_pressure, **numbers(parameters))
 
     spread = None
@@ -121,10 +130,16 @@ def fit_compression(
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
     residual, fitted = phi - model(decades, *best), numbers(best)
-    sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
-    sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, sigma), strict=True))
+    deviations = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
+    sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, deviations), strict=True))
     sigma["p_m"] = float(fitted["p_m"] * np.log(10) * sigma["p_m"])
-    law = laws.CompressionLaw(**{k: float(v) for k, v in fitted.items()}, name="fit")
+    law = laws.CompressionLaw(
+        phi1=float(fitted["phi1"]),
+        phi2=float(fitted["phi2"]),
+        p_m=float(fitted["p_m"]),
+        delta=float(fitted["delta"]),
+        name="fit",
+    )
     return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
 
 
@@ -140,12 +155,20 @@ class Deviation:
     covered: float  #: Share of the requested range, in decades.
 
     @property
-    def complete(self):
+    def complete(self) -> bool:
         """True where the whole requested range is covered."""
         return self.covered > 0.999
 
 
-def measure_deviation(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
+class CompressionCurve(Protocol):
+    """Any law of compression: a filling factor for each pressure [Pa]."""
+
+    def filling_factor(self, pressure: NDArray[np.float64], /) -> NDArray[np.float64]: ...
+
+
+def measure_deviation(
+    curve: Curve, law: CompressionCurve, p_low: float = 1e3, p_high: float = 1e5
+) -> Deviation:
     """Difference in filling factor between a curve and a law, at equally spaced lg P.
 
     The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
@@ -154,8 +177,8 @@ def measure_deviation(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
     Parameters
     ----------
     curve : Curve
-    law : CompressionLaw
-        Or anything with filling_factor(P).
+    law : CompressionCurve
+        Such as a CompressionLaw.
     p_low : float
         Lower end of the requested range [Pa].
     p_high : float
@@ -164,7 +187,7 @@ def measure_deviation(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
     first, last = np.log10(p_low), np.log10(p_high)
     decades, phi = curve.monotone()
     if not len(decades) or decades[0] > last or decades[-1] < first:
-        return Deviation(*[np.nan] * 5, 0.0)
+        return Deviation(np.nan, np.nan, np.nan, np.nan, np.nan, covered=0.0)
     low, high = max(first, decades[0]), min(last, decades[-1])
     covered = (high - low) / (last - first)
     grid = np.linspace(low, high, max(int(round(covered * 200)) + 1, 2))

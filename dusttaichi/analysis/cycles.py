@@ -6,12 +6,22 @@ unloading modulus, M = dP/d ln h at constant cross section (for a cell pressed f
 bulk modulus, dP/d ln V).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+
 
 SHARE = 0.5  #: Share of the initial pressure of a stage over whose fall the slope is fitted.
 FEWEST = 4  #: Least number of records for a slope.
@@ -29,10 +39,10 @@ class Unloading:
     modulus: float
     modulus_sigma: float  #: 1-sigma uncertainty of the modulus by the scatter about the line [Pa].
     recovered: float  #: ln V after over before, at the end of the stage.
-    path: np.ndarray  #: Pressure of all its records [Pa], (times,).
+    path: NDArray[np.float64]  #: Pressure of all its records [Pa], (times,).
 
 
-def measure_unloadings(run):
+def measure_unloadings(run: Run) -> list[Unloading]:
     """Unloading of every stage of a run that unloads, in order.
 
     Raises
@@ -46,7 +56,7 @@ def measure_unloadings(run):
     return unloadings
 
 
-def _measure_unloading(stage):
+def _measure_unloading(stage: Run) -> Unloading:
     start, series = stage.start, stage.series
     phi0, p0 = float(start.filling_factor), float(compute_pressure(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)
@@ -70,15 +80,16 @@ def _measure_unloading(stage):
     )
 
 
-def compute_pressure(series):
+def compute_pressure(series: xr.Dataset) -> NDArray[np.float64]:
     """Pressure [Pa] of a series, (times,), or of one record: on the top wall, else of the cell."""
-    top = read_at(series.pressure, wall="top") if "pressure" in series else np.nan
+    top = read_at(series.pressure, wall="top") if "pressure" in series else np.array(np.nan)
     if "stress" not in series:
         return top
     return np.where(np.isfinite(top), top, compute_cell_pressure(series))
 
 
-def compute_cell_pressure(series):
+def compute_cell_pressure(series: xr.Dataset) -> NDArray[np.float64]:
     """Mean pressure [Pa] -trace(stress)/3 of a series, (times,), or of one record."""
     stress = series.stress.transpose(..., "xyz", "axis").values
-    return -np.trace(stress, axis1=-2, axis2=-1) / 3.0
+    trace: NDArray[np.float64] = np.trace(stress, axis1=-2, axis2=-1)
+    return -trace / 3.0

@@ -6,9 +6,14 @@ momentum gives a pressure rho phi0 v^2 / (1 - phi0/phi_l), that of mass a front 
 v / (1 - phi0/phi_l).
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.compression import measure_compression_curve
 from dusttaichi.analysis.compression_fit import fit_compression
@@ -16,6 +21,12 @@ from dusttaichi.analysis.kind import SLOWEST, is_dynamic, measure_wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.compression import Curve
+    from dusttaichi.analysis.compression_fit import Fit
+    from dusttaichi.analysis.run import Run
+
 
 PLATEAU = (0.2, 0.4)
 """Filling factors of the box between which the layer has formed and not reached the bottom."""
@@ -45,10 +56,10 @@ class Dynamic:
     front: float
     front_sigma: float
     layer: float
-    fits: dict
+    fits: dict[tuple[str, str], Fit | None]
 
 
-def measure_dynamic_compression(run, fits=FITS):
+def measure_dynamic_compression(run: Run, fits: Iterable[tuple[str, str]] = FITS) -> Dynamic:
     """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`), with these of FITS.
 
     Raises DustError for any other run, or one without a material.
@@ -67,7 +78,7 @@ def measure_dynamic_compression(run, fits=FITS):
     return Dynamic(speed, plateau, sigma, momentum, front, front_sigma, layer, fits)
 
 
-def _measure_plateau(run):
+def _measure_plateau(run: Run) -> tuple[float, float]:
     """Mean pressure on the top wall over the plateau [Pa], and its standard error; nan without."""
     phi = run.series.filling_factor.values
     pressure = read_at(run.series.pressure, wall="top")
@@ -77,7 +88,7 @@ def _measure_plateau(run):
     return float(plateau.mean()), float(plateau.std(ddof=1) / np.sqrt(len(plateau)))
 
 
-def _fit(curve, extent, weights):
+def _fit(curve: Curve, extent: str, weights: str) -> Fit | None:
     """A compression.Fit, None where the curve does not determine its numbers."""
     phi_high = PLATEAU[1] if extent == "plateau" else np.inf
     try:
@@ -87,7 +98,7 @@ def _fit(curve, extent, weights):
     return fit if fit.p_m_sigma <= fit.p_m and fit.delta_sigma <= fit.delta else None
 
 
-def fit_compaction_front(run):
+def fit_compaction_front(run: Run) -> tuple[float, float, float]:
     """(speed, its 1-sigma [m/s], filling factor behind it) of the compaction front.
 
     The front of a profile is where the filling factor, from the wall downwards, falls to less than
@@ -123,13 +134,17 @@ def fit_compaction_front(run):
     return float(-slope), float(np.sqrt(covariance[0, 0])), float(np.median(layers))
 
 
-def _find_front(denser, middle, is_uncut):
+def _find_front(
+    denser: NDArray[np.float64], middle: NDArray[np.float64], is_uncut: NDArray[np.bool_]
+) -> float | None:
     """Height [m] where `denser` (bins,) falls below DENSER from the top down; None without it.
 
     is_uncut: the bins that the wall does not cut.
     """
     dense = np.flatnonzero(is_uncut & (denser >= DENSER))
-    below = np.flatnonzero(~(denser[: dense[-1]] >= DENSER)) if len(dense) else []
+    if not len(dense):
+        return None
+    below = np.flatnonzero(~(denser[: dense[-1]] >= DENSER))
     if not len(below):
         return None
     n = below[-1] + 1

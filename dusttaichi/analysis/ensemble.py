@@ -4,17 +4,28 @@ Every run is interpolated linearly onto one coordinate, each within its own rang
 are points of the coordinate.
 """
 
+from __future__ import annotations
+
 import math
 import warnings
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.ensemble_stages import add_compression, add_extremes, add_stages
 from dusttaichi.analysis.numbers import families
 from dusttaichi.analysis.summary import PROBLEMS, summarise
 from dusttaichi.errors import DustError
 from dusttaichi.results.outputs import NETCDF, write_dataset
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.numbers.number_registry import Observable
+    from dusttaichi.analysis.run import Run
+
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
@@ -36,7 +47,12 @@ EXTREMES = "smallest_", "largest_"  # begin of names of numbers without a mean
 NO_NUMBER = "why there is no such number of a run, if so"
 
 
-def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
+def gather(
+    runs: Sequence[Run | None],
+    axes: Mapping[str, xr.Variable] | None = None,
+    labels: Mapping[str, Sequence[Any]] | None = None,
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
     """One dataset of several runs, with the dimensions (*axes, replica, coordinate, ...).
 
     The coordinate is the filling factor where it is monotonic in the last stage of every run, else
@@ -59,7 +75,8 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     DustError
         No run has a time series.
     """
-    axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]
+    axes = dict(axes or {})
+    present = [run for run in runs if run is not None and len(run.series.time)]
     if not present:
         raise DustError("No run has finished: there is nothing to gather.")
     shape = tuple(len(values) for values in axes.values())
@@ -74,16 +91,17 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
     series = {}
-    for key, values in _series(stages, name, grid).items():
-        shaped = values.values.reshape(*shape, *values.shape[1:])
-        series[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
+    for key, variable in _series(stages, name, grid).items():
+        shaped = variable.values.reshape(*shape, *variable.shape[1:])
+        series[key] = ((*dims, *variable.dims[1:]), shaped, variable.attrs)
     data.update(series)  # at once: xarray aligns all variables with each one that comes
     for stage in (part for part in stages if part is not None):
         data.coords.update({k: v for k, v in stage.coords.items() if "time" not in v.dims})
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for add in (add_extremes, add_stages, add_compression):
         add(data, runs, dims, shape)
-    add_statistics(data, *(name for name in data.data_vars if not name.startswith(EXTREMES)))
+    names = map(str, data.data_vars)
+    add_statistics(data, *[name for name in names if not name.startswith(EXTREMES)])
     reach = [_reaches(c, name, grid) for c in stages]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
@@ -96,14 +114,14 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     return data
 
 
-def _last_stage(run):
+def _last_stage(run: Run) -> xr.Dataset:
     series = run.series
     if "stage" not in series:
         return series
     return series.isel(time=series.stage.values == series.stage.values[-1])
 
 
-def _driven(series):
+def _driven(series: xr.Dataset) -> bool:
     """True where the filling factor is monotonic and changes by more than rounding."""
     phi = series.filling_factor.values if "filling_factor" in series else np.zeros(0)
     phi = phi[np.isfinite(phi)]
@@ -112,7 +130,7 @@ def _driven(series):
     return bool(len(steps) and one_way and max(phi) > CHANGE * min(phi))
 
 
-def _driven_part(run, name):
+def _driven_part(run: Run, name: str) -> xr.Dataset:
     """The part of the series along which the coordinate changes, in the order in which it grows."""
     series = _last_stage(run) if name == "filling_factor" else run.series
     series = series.drop_vars("stage", errors="ignore")
@@ -124,7 +142,7 @@ def _driven_part(run, name):
     return series.isel(time=np.concatenate([[True], np.diff(values) > 0])[: len(values)])
 
 
-def common_coordinate(ranges):
+def common_coordinate(ranges: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     """One coordinate for several, each (points,) and growing.
 
     The longest of them where the others are its first parts; else from the lowest to the highest
@@ -150,17 +168,20 @@ def common_coordinate(ranges):
     return np.sort(np.concatenate([grid, ends[apart > 1e-6 * step]]))
 
 
-def _inside(values, grid):
+def _inside(values: NDArray[np.float64], grid: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Points of the grid between the first and the last value, with a tolerance for rounding."""
     slack = 1e-6 * float(np.min(np.diff(grid), initial=np.inf)) if len(grid) > 1 else 0.0
-    return (grid >= values[0] - slack) & (grid <= values[-1] + slack)
+    inside: NDArray[np.bool_] = (grid >= values[0] - slack) & (grid <= values[-1] + slack)
+    return inside
 
 
-def _reaches(stage, name, grid):
+def _reaches(stage: xr.Dataset | None, name: str, grid: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.zeros(len(grid), bool) if stage is None else _inside(stage[name].values, grid)
 
 
-def interpolate(x, y, grid):
+def interpolate(
+    x: NDArray[np.float64], y: NDArray[np.float64], grid: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """y, shape (points, ...), at x (points,) growing, on the grid: (grid, ...), NaN outside."""
     out = np.full((len(grid), *y.shape[1:]), np.nan)
     inside = _inside(x, grid)
@@ -170,16 +191,19 @@ def interpolate(x, y, grid):
     return out
 
 
-def _series(stages, name, grid):
+def _series(
+    stages: Sequence[xr.Dataset | None], name: str, grid: NDArray[np.float64]
+) -> dict[str, xr.Variable]:
     """Every variable of the series but the coordinate on the grid, (run, coordinate, ...).
 
     NaN for runs that lack it.
     """
-    examples, variables = {}, {}
-    for stage in stages:
-        for key, variable in () if stage is None else stage.variables.items():
+    examples: dict[str, xr.DataArray] = {}
+    variables: dict[str, xr.Variable] = {}
+    for stage in (part for part in stages if part is not None):
+        for key, variable in stage.variables.items():
             if key != name and variable.dims[:1] == ("time",):
-                examples.setdefault(key, stage[key])
+                examples.setdefault(str(key), stage[key])
     for key, example in examples.items():
         rows = [
             interpolate(stage[name].values, stage[key].values.astype(float), grid)
@@ -192,11 +216,13 @@ def _series(stages, name, grid):
     return variables
 
 
-def _attributes(variable):
+def _attributes(variable: xr.DataArray) -> dict[str, Any]:
     return {k: v for k, v in variable.attrs.items() if k in ("units", "long_name", "comment")}
 
 
-def _add_numbers(data, runs, dims, shape):
+def _add_numbers(
+    data: xr.Dataset, runs: Sequence[Run | None], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> str:
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
     summaries = [{} if run is None else summarise(run) for run in runs]
     methods = {run.method.name: run.method for run in runs if run is not None}
@@ -207,7 +233,8 @@ def _add_numbers(data, runs, dims, shape):
     rows = {name: row for name, row in observables.items() if row.unit and name in present_names}
     for name, texts in _reasons(summaries, observables.values()).items():
         data.coords[name] = (dims, np.array(texts).reshape(shape), {"long_name": NO_NUMBER})
-    recorded = next((run.series.variables for run in runs if run is not None), {})
+    nothing: Mapping[Hashable, xr.Variable] = {}
+    recorded = next((run.series.variables for run in runs if run is not None), nothing)
     for name, number in rows.items():
         values = [np.nan if summary.get(name) is None else summary[name] for summary in summaries]
         attrs = {"long_name": number.about or number.title, "units": number.unit}
@@ -219,7 +246,9 @@ def _add_numbers(data, runs, dims, shape):
     return " ".join(_number(name, recorded) for name in rows)
 
 
-def _reasons(summaries, rows):
+def _reasons(
+    summaries: Sequence[Mapping[str, Any]], rows: Iterable[Observable]
+) -> dict[str, list[str]]:
     """Reasons of the runs for missing numbers, by the name of their row; errors by PROBLEMS."""
     texts = {
         row.reason_row: [summary.get(row.reason_row) or "" for summary in summaries]
@@ -234,12 +263,12 @@ def _reasons(summaries, rows):
     return {name: column for name, column in texts.items() if any(column)}
 
 
-def _number(name, recorded):
+def _number(name: str, recorded: Collection[Hashable]) -> str:
     """Name in the dataset, other than that of a variable of the series."""
     return f"final_{name}" if name in recorded else name
 
 
-def add_statistics(data, *names):
+def add_statistics(data: xr.Dataset, *names: str) -> None:
     """Add mean_NAME and std_NAME over the replicas, NaN for none, or fewer than two."""
     statistics = {}
     with warnings.catch_warnings():
@@ -255,7 +284,7 @@ def add_statistics(data, *names):
     data.update(statistics)
 
 
-def save_ensemble(data, path):
+def save_ensemble(data: xr.Dataset, path: str | Path) -> None:
     """Write the dataset of `gather`, completely or not at all.
 
     Parameters

@@ -5,26 +5,41 @@ extremes, the ends of their stages and their compression curves are therefore st
 records themselves.
 """
 
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.compression import BIN_WIDTH, measure_compression_curve
 from dusttaichi.errors import DustError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+
 
 CURVE = "loading_pressure"  #: Pressure of the compression curves of runs with stages.
 CURVE_AXIS = "loading_filling_factor"  #: Their common coordinate.
 MAIN = "pressure stress filling_factor height kinetic coordination_number".split()
 
 
-def add_extremes(data, runs, dims, shape):
+def add_extremes(
+    data: xr.Dataset, runs: Sequence[Run | None], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> list[str]:
     """Add smallest_NAME and largest_NAME, over all records, of every variable of the series."""
-    examples, variables = {}, {}
+    examples: dict[Hashable, xr.DataArray] = {}
+    variables: dict[str, tuple[tuple[Hashable, ...], NDArray[np.float64], dict[str, Any]]] = {}
     for run in filter(None, runs):
         for name, variable in run.series.data_vars.items():
             if variable.dims[:1] == ("time",) and variable.dtype.kind in "fi" and name != "stage":
                 examples.setdefault(name, variable)
     for name, example in examples.items():
         for word, of in (("smallest", np.fmin), ("largest", np.fmax)):
-            rows = [_extreme(run, name, of, example.shape[1:]) for run in runs]
+            rows = [_extreme(run, str(name), of, example.shape[1:]) for run in runs]
             about = {k: v for k, v in example.attrs.items() if k in ("units", "long_name")}
             about["long_name"] = f"{about.get('long_name', name)}, {word} of a run"
             values = np.array(rows).reshape(*shape, *example.shape[1:])
@@ -33,14 +48,18 @@ def add_extremes(data, runs, dims, shape):
     return list(variables)
 
 
-def _extreme(run, name, of, shape):
+def _extreme(
+    run: Run | None, name: str, of: np.ufunc, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
     if run is None or name not in run.series:
         return np.full(shape, np.nan)
     values = run.series[name].values.astype(float)
     return of.reduce(values, axis=0) if len(values) else np.full(shape, np.nan)
 
 
-def add_stages(data, runs, dims, shape):
+def add_stages(
+    data: xr.Dataset, runs: Sequence[Run | None], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> list[str]:
     """Add the stages: their names as a coordinate, and the time and main numbers of their ends.
 
     stage_end_NAME is NaN for a stage that a run has not begun. Runs without stages have none.
@@ -68,13 +87,16 @@ def add_stages(data, runs, dims, shape):
     return list(variables)
 
 
-def _end(stage, name, missing):
+def _end(stage: Run | None, name: str, missing: NDArray[np.float64]) -> NDArray[np.float64]:
     if stage is None or name not in stage.series or not len(stage.series.time):
         return missing
-    return stage.series[name].values[-1]
+    last_record: NDArray[np.float64] = stage.series[name].values[-1]
+    return last_record
 
 
-def add_compression(data, runs, dims, shape):
+def add_compression(
+    data: xr.Dataset, runs: Sequence[Run | None], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> list[str]:
     """Add the compression curves of runs with stages, in bins of filling factor.
 
     They are those of `compression_curve`: all stages that compress, each beyond the largest filling
@@ -98,7 +120,7 @@ def add_compression(data, runs, dims, shape):
     return [CURVE]
 
 
-def _curve(run):
+def _curve(run: Run | None) -> dict[int, float]:
     """Number of each bin -> its pressure [Pa]; {} for a run without stages that compress."""
     if run is None or not run.stages or not any(stage.compresses for stage in run.parts):
         return {}

@@ -1,11 +1,16 @@
 """Bands, labels and numbers of a dataset of `ensemble.gather`, for figures and tables."""
 
+from __future__ import annotations
+
 import itertools
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
@@ -14,6 +19,7 @@ from dusttaichi.analysis.numbers.number_registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import (
+    TextColumn,
     choose_unit,
     format_quantity,
     mask_numbers,
@@ -21,11 +27,15 @@ from dusttaichi.analysis.texts import (
     typeset,
 )
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.numbers.number_registry import Statistics
+    from dusttaichi.physics.geometry import Floats
+
 ONE_SAMPLE = "one sample a point: the scatter between samples is unknown (replicas: 3)"
 NAMED = 3  # points of a reason that are named
 
 
-def title_of(name):
+def title_of(name: str) -> str:
     """Label of a number of the summary in tables and figures."""
     number = index_observables().get(name.removeprefix("final_"))
     if number is None:
@@ -37,18 +47,20 @@ def title_of(name):
 class Band:
     """A quantity along the common coordinate: mean and scatter over the replicas of one point."""
 
-    x: np.ndarray  #: Common coordinate, (points,), SI.
-    mean: np.ndarray  #: (points,), SI.
-    std: np.ndarray  #: (points,), SI; NaN for fewer than two replicas.
+    x: NDArray[Any]  #: Common coordinate, (points,), SI.
+    mean: Floats  #: (points,), SI.
+    std: Floats  #: (points,), SI; NaN for fewer than two replicas.
     replicas: int  #: Their largest number at any x.
     label: str  #: Point of the sweep, "" without one.
 
-    def with_label(self, label):
+    def with_label(self, label: str) -> Band:
         """This Band with another label."""
         return replace(self, label=label)
 
 
-def bands(data, name, width=BIN_WIDTH, along=None, **selected) -> list[Band]:
+def bands(
+    data: xr.Dataset, name: str, width: float = BIN_WIDTH, along: str | None = None, **selected: Any
+) -> list[Band]:
     """Mean and scatter of a variable for each point of a dataset of `gather`.
 
     Along the filling factor each replica is first smoothed by its median, like a compression curve.
@@ -85,25 +97,25 @@ def bands(data, name, width=BIN_WIDTH, along=None, **selected) -> list[Band]:
     return result
 
 
-def point_labels(data):
+def point_labels(data: xr.Dataset) -> list[str]:
     """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes.
 
     Keys of a single value are left out where there are others.
     """
     axes = axes_of(data)
-    return _labels(data, axes if _size(data, axes) == 1 else _several(data, axes))
+    return format_points(data, axes if _size(data, axes) == 1 else list_varied_keys(data, axes))
 
 
-def _size(data, axes):
+def _size(data: xr.Dataset, axes: Sequence[str]) -> int:
     return math.prod(data.sizes[axis] for axis in axes)
 
 
-def _several(data, axes):
+def list_varied_keys(data: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """Keys that have more than one value."""
     return [axis for axis in axes if data.sizes[axis] > 1]
 
 
-def _labels(data, axes):
+def format_points(data: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """ "γ = 20 mJ/m², ..." for each point of a grid of swept keys, in order."""
     keys = key_labels(data, axes)
     return [
@@ -112,34 +124,35 @@ def _labels(data, axes):
     ]
 
 
-def key_labels(data, axes):
+def key_labels(data: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """Symbols or words of swept keys, different ones."""
     paths = [key_of(data, axis) for axis in axes]
     return [label_key(path, paths) for path in paths]
 
 
-def point_values(data):
+def point_values(data: xr.Dataset) -> list[tuple[str, ...]]:
     """Texts of the values of the swept keys, with units, for each point in order."""
     return list(itertools.product(*(_axis_texts(data, axis) for axis in axes_of(data))))
 
 
-def axes_of(data):
+def axes_of(data: xr.Dataset) -> tuple[str, ...]:
     """Names of the swept keys."""
-    dims = data[data.attrs["summary_numbers"].split()[0]].dims
-    return dims[: dims.index("replica")]
+    dims = [str(dim) for dim in data[data.attrs["summary_numbers"].split()[0]].dims]
+    return tuple(dims[: dims.index("replica")])
 
 
-def key_of(data, axis):
+def key_of(data: xr.Dataset, axis: str) -> str:
     """The swept key behind the name of a dimension."""
     return data[axis].attrs.get("key", axis) if axis in data.coords else axis
 
 
-def list_missing_numbers(data):
+def list_missing_numbers(data: xr.Dataset) -> list[tuple[str, str, str, str]]:
     """(missing number, names of points, "2 of 3 runs", why), in order, of finished runs.
 
     Reasons that differ in numbers alone are one, for all of their points (no names if all points).
     """
-    rows, points, groups = index_observables(), point_labels(data), {}
+    rows, points = index_observables(), point_labels(data)
+    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
     reasons = {n: rows[n].title for n in (row.reason_row for row in rows.values()) if n}
     for name, title in (reasons | {PROBLEMS: "number"}).items():
         if name not in data:
@@ -156,7 +169,7 @@ def list_missing_numbers(data):
     ]  # fmt: skip
 
 
-def _count_runs(points, labels, replicas):
+def _count_runs(points: Sequence[str], labels: Sequence[str], replicas: int) -> tuple[str, str]:
     """(names of the points, "" if these are all; "2 of 3 runs" of theirs) for the runs' labels."""
     names = list(dict.fromkeys(labels))
     count = f"{len(labels)} of {len(names) * replicas} runs"
@@ -166,10 +179,14 @@ def _count_runs(points, labels, replicas):
     return "; ".join(names[:NAMED]) + remainder, count
 
 
-def statistics_tables(data):
+def statistics_tables(
+    data: xr.Dataset,
+) -> Iterator[tuple[Statistics, list[TextColumn], list[str], str]]:
     """(Statistics, columns, lines, why it failed or "") of those with something to say."""
     for row in statistics():
-        columns, lines, problem = [], [], ""
+        columns: list[TextColumn] = []
+        lines: list[str] = []
+        problem = ""
         try:
             columns, lines = row.table(data)
         except Exception as error:  # of an extension; the others are still shown
@@ -178,7 +195,7 @@ def statistics_tables(data):
             yield row, columns, lines, problem
 
 
-def _axis_texts(data, axis):
+def _axis_texts(data: xr.Dataset, axis: str) -> list[str]:
     values, unit = data[axis].values, data[axis].attrs.get("units")
     return [
         typeset(format_quantity(v, unit)) if values.dtype.kind in "fi" else str(v)
@@ -186,7 +203,7 @@ def _axis_texts(data, axis):
     ]
 
 
-def table_numbers(data):
+def table_numbers(data: xr.Dataset) -> list[str]:
     """Names of the numbers of the summary that tables show, of those that some run has.
 
     Fewer for a sweep, whose table has a column for each number.
@@ -194,7 +211,7 @@ def table_numbers(data):
     shown = (TABLES,) if axes_of(data) else (TABLES, ENSEMBLES)
     rows = index_observables()
 
-    def has_row(name):
+    def has_row(name: str) -> bool:
         number = rows.get(name.removeprefix("final_"))  # none: of a method that is not installed
         return number is None or number.sweeps in shown
 
@@ -202,7 +219,7 @@ def table_numbers(data):
     return [name for name in names if has_row(name) and np.isfinite(data[name].values).any()]
 
 
-def number_texts(data, name, size=None):
+def number_texts(data: xr.Dataset, name: str, size: float | None = None) -> list[str]:
     """ "mean ± std" of one number for each point, in order; "-" where no run has it.
 
     Followed by "(2 of 3)" where some replicas lack it. size: see `format_quantity`.
@@ -226,20 +243,20 @@ class Column:
 
     name: str
     unit: str
-    texts: list
+    texts: list[str]
 
     @property
-    def head(self):
+    def head(self) -> str:
         """The name, and the unit if it is common to all."""
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
     @property
-    def same(self):
+    def same(self) -> bool:
         """True where several points have the same text."""
         return len(self.texts) > 1 and len(set(self.texts)) == 1
 
 
-def columns(data):
+def columns(data: xr.Dataset) -> list[Column]:
     """A Column for each number that tables show of a sweep.
 
     The unit is in the head where all points are within a factor of a thousand.
@@ -258,7 +275,7 @@ def columns(data):
     return result
 
 
-def head_and_columns(data):
+def head_and_columns(data: xr.Dataset) -> tuple[list[TextColumn], list[TextColumn], str]:
     """(keys, columns, remark) of the table of a sweep.
 
     Swept keys and numbers that differ, as lists of (header, texts); a remark about keys and numbers
@@ -273,78 +290,9 @@ def head_and_columns(data):
     remarks = [f"the same everywhere: {', '.join(same)}"] if same else []
     if data.sizes["replica"] == 1 and not any(name.endswith("seed") for name in names):
         remarks.append(ONE_SAMPLE)
-    shown = [(column.head, column.texts) for column in all_columns if not column.same]
+    shown: list[TextColumn] = [(c.head, c.texts) for c in all_columns if not c.same]
     return [key for key in keys if key not in alone], shown, "; ".join(remarks)
 
 
-def _note_count(count, replicas):
+def _note_count(count: int, replicas: int) -> str:
     return "" if count == replicas else f" ({count} of {replicas})"
-
-
-@dataclass(frozen=True)
-class Against:
-    """A number of the runs against a swept key, in the units `unit` and `x_unit`.
-
-    x: (values,), 0, 1, ... of texts, which are the `ticks`. lines: names of the points of the other
-    keys. mean, std: (lines, values) over the replicas, or NaN. runs: (lines, values, replicas).
-    """
-
-    name: str
-    unit: str
-    key: str
-    x_unit: str
-    x: np.ndarray
-    ticks: list | None
-    lines: list
-    mean: np.ndarray
-    std: np.ndarray
-    runs: np.ndarray
-
-    @property
-    def varies(self):
-        """True where the number differs between runs."""
-        finite = self.runs[np.isfinite(self.runs)]
-        # by more than the last of the four digits that tables show
-        return len(finite) > 1 and np.ptp(finite) > 1e-4 * np.max(np.abs(finite))
-
-
-def against(data, name):
-    """A number of a dataset of `gather` as an Against.
-
-    Over the swept key with most values, preferably numbers; over the replicas where no key has
-    several values.
-    """
-    axes, values = axes_of(data), data[name]
-    largest = float(np.nanmax(np.abs(values)))
-    power, unit = choose_unit(largest, values.attrs.get("units"))
-    if power == 0 and largest > 0 and not 1e-2 <= largest < 1e4:  # no unit fits
-        power = 3 * math.floor(math.log10(largest) / 3)
-        unit = rf"$10^{{{power}}}$ {unit}".strip()
-    values = values * 10.0**-power
-    name = name.removeprefix("final_")
-    if not _several(data, axes):
-        runs, x = values.values.reshape(1, -1, 1), np.arange(values.sizes["replica"])
-        no_std = np.full(runs.shape[:2], np.nan)
-        return Against(
-            name, unit, "replica", "", x, [*map(str, x)], [""], runs[..., 0], no_std, runs
-        )
-    key = max(axes, key=lambda axis: (data[axis].dtype.kind in "fi", data.sizes[axis]))
-    further_axes = [axis for axis in axes if axis != key]
-    runs = values.transpose(*further_axes, key, "replica").values
-    runs = runs.reshape(-1, *runs.shape[-2:])
-    spread = xr.Dataset({"y": (("line", key, "replica"), runs)})
-    add_statistics(spread, "y")
-    x, x_unit, ticks = _place(data, key)
-    lines = _labels(data, _several(data, further_axes))
-    mean, std = spread.mean_y.values, spread.std_y.values
-    return Against(name, unit, key_of(data, key), x_unit, x, ticks, lines, mean, std, runs)
-
-
-def _place(data, key):
-    """(x, unit, ticks) of the values of a swept key; ticks None where they are numbers."""
-    values = data[key].values
-    # of two seeds none is the larger
-    if values.dtype.kind not in "fi" or key_of(data, key).endswith("seed"):
-        return np.arange(len(values)), "", [str(value) for value in values]
-    power, unit = choose_unit(float(np.max(np.abs(values))), data[key].attrs.get("units"))
-    return values * 10.0**-power, unit, None

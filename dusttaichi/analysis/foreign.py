@@ -1,10 +1,14 @@
 """Results that another program has written or changed: checks of their texts and numbers."""
 
+from __future__ import annotations
+
 import pickle
 import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -17,7 +21,7 @@ _NUMBERS = ("grains", "time_step", "particles", "spacing")
 _TEXTS = ("title", "status", "stages", "sample", "scene_resolved")
 
 
-def check_attributes(recorded, path):
+def check_attributes(recorded: Mapping[str, Any], path: str | Path) -> dict[str, Any]:
     """The global attributes of a result, their texts without control characters.
 
     Raises DustError where one that is a number or a text is something else.
@@ -33,7 +37,7 @@ def check_attributes(recorded, path):
     return clean
 
 
-def parse_block(attributes, name, path):
+def parse_block(attributes: Mapping[str, Any], name: str, path: str | Path) -> dict[str, Any]:
     """The YAML of an attribute as plain data, {} without it. Raises DustError unless a block."""
     text = attributes.get(name, "")
     data = pickle.loads(_pickle_yaml(text))
@@ -43,7 +47,7 @@ def parse_block(attributes, name, path):
 
 
 @lru_cache(maxsize=64)
-def _pickle_yaml(text):
+def _pickle_yaml(text: str) -> bytes:
     """Plain data of a text, once for all numbers of a run that ask for it; None if not YAML.
 
     They are pickled, of which every user makes a copy, in a tenth of the time of copy.deepcopy.
@@ -55,7 +59,7 @@ def _pickle_yaml(text):
     return pickle.dumps(data)
 
 
-def _refuse_attribute(path, name, value, required):
+def _refuse_attribute(path: str | Path, name: str, value: object, required: str) -> DustError:
     shown = repr(value) if len(repr(value)) <= 70 else f"{value!r:.67}..."
     return DustError(f"{path}: the attribute {name} = {shown}; {required} is needed. {_ADVICE}")
 
@@ -64,7 +68,7 @@ _ADVICE = "Another program has written or changed the file: take the original fr
 
 
 @contextmanager
-def explain_foreign_errors(paths):
+def explain_foreign_errors(paths: Iterable[str | Path]) -> Iterator[None]:
     """Context in which any error of a result without DIGEST is a DustError.
 
     The content of such a file is unknown. Damage of a large file shows only as it is read. paths:
@@ -78,7 +82,7 @@ def explain_foreign_errors(paths):
         files = [Path(p) / "result.nc" if Path(p).is_dir() else Path(p) for p in paths]
         if isinstance(error, (OSError, RuntimeError)) and "HDF error" in str(error):
             for reason in (refusal(error, file) for file in files if file.exists()):
-                if not isinstance(reason, DamagedFile):
+                if reason is not None and not isinstance(reason, DamagedFile):
                     raise reason from error
             raise DustError(
                 f"Damaged ({error}): one of {', '.join(map(str, files))}. Take it from a backup, "
@@ -95,7 +99,7 @@ def explain_foreign_errors(paths):
 
 
 @contextmanager
-def writing(*, force=False, inputs=()):
+def writing(*, force: bool = False, inputs: Collection[str | Path] = ()) -> Iterator[None]:
     """Context in which files of others are not overwritten (`results.outputs.writing`).
 
     Faults of results are error messages (`explain_foreign_errors`). inputs: paths that are read.
@@ -104,7 +108,7 @@ def writing(*, force=False, inputs=()):
         yield
 
 
-def _is_foreign(file):
+def _is_foreign(file: Path) -> bool:
     try:
         with open_netcdf(file) as opened:
             return DIGEST not in opened.ncattrs()

@@ -1,11 +1,20 @@
 """Structure of a sample: number of grains within a distance of a grain (T19 Fig 10)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import neighbours_within
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 CENTRES = 10_000  #: Random grains about which others are counted, where there are more.
 SMALL_SCALE = 20.0
@@ -16,18 +25,20 @@ SMALL_SCALE = 20.0
 class Fractal:
     """Mean number of other grains nearer than r_in, in some snapshots."""
 
-    radius_in: np.ndarray  #: Distances r_in [m], (radii,).
-    number: np.ndarray  #: N(r < r_in) without the central grain, (snapshots, radii).
-    slope: np.ndarray  #: d ln N / d ln r_in, (snapshots, radii); NaN where N is 0.
+    radius_in: NDArray[np.float64]  #: Distances r_in [m], (radii,).
+    number: NDArray[np.float64]  #: N(r < r_in) without the central grain, (snapshots, radii).
+    slope: NDArray[np.float64]  #: d ln N / d ln r_in, (snapshots, radii); NaN where N is 0.
     #: Slope of a line through ln N over the radii beyond contact with N <= 20, (snapshots,); NaN
     #: for fewer than three of them.
-    dimension: np.ndarray
-    time: np.ndarray  #: [s], (snapshots,).
-    filling_factor: np.ndarray  #: (snapshots,), or NaN.
+    dimension: NDArray[np.float64]
+    time: NDArray[np.float64]  #: [s], (snapshots,).
+    filling_factor: NDArray[np.float64]  #: (snapshots,), or NaN.
     grain_radius: float  #: [m].
 
 
-def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
+def measure_fractal(
+    run: Run, snapshots: Sequence[int] | None = None, radii: ArrayLike | None = None
+) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
 
     The mean is over all grains, over CENTRES random ones where there are more. The stage is the
@@ -47,15 +58,16 @@ def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
         There are no snapshots.
     """
     stage = run.part_that("stretches")
-    frames = stage.snapshots
-    if frames is None or not frames.sizes["snapshot"]:
+    stored = stage.snapshots
+    if stored is None or not stored.sizes["snapshot"]:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
-    if "tilt" in frames:
+    if "tilt" in stored:
         raise DustError(f"{run.path}: its cell is sheared; allowed: cells without a tilt.")
     if snapshots is None:
-        snapshots = np.unique(np.linspace(0, frames.sizes["snapshot"] - 1, 5).round().astype(int))
-    r = float(frames.radius.max())
-    frames = [(n, frames.isel(snapshot=n).load()) for n in snapshots]
+        evenly = np.linspace(0, stored.sizes["snapshot"] - 1, 5).round().astype(int)
+        snapshots = np.unique(evenly).tolist()
+    r = float(stored.radius.max())
+    frames = [(n, stored.isel(snapshot=n).load()) for n in snapshots]
     if radii is None:
         extent = max(float(np.ptp(f.position.values, axis=0).max()) for _, f in frames)
         radii = np.geomspace(2.1 * r, max(0.5 * extent, 4.0 * r), 30)
@@ -75,7 +87,9 @@ def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
     return Fractal(radii, number, slope, dimension, time, phi, r)
 
 
-def _fit_dimension(radii, number, grain_radius):
+def _fit_dimension(
+    radii: NDArray[np.float64], number: NDArray[np.float64], grain_radius: float
+) -> float:
     used = (number > 0) & (number <= SMALL_SCALE) & (radii > 2.0 * grain_radius)
     if used.sum() < 3:
         return np.nan

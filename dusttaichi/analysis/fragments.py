@@ -1,8 +1,13 @@
 """Fragments: grains connected by contacts, their mass spectrum, growth and compaction."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_frame, read_grain_masses
 from dusttaichi.errors import DustError
@@ -13,6 +18,14 @@ from dusttaichi.physics.geometry import (
     power,
 )
 from dusttaichi.physics.unwrap import unwrap_fragments
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
+
+Body = NDArray[np.integer] | Sequence[int]  # numbers of its grains
+Bodies = Sequence[Body]
 
 
 @dataclass(frozen=True)
@@ -27,35 +40,38 @@ class Fragments:
     Images have the velocity of their grain.
     """
 
-    label: np.ndarray  #: Fragment of each grain, (N,); 0 is the largest.
-    grains: np.ndarray  #: Number of grains, (F,).
-    mass: np.ndarray  #: [kg], (F,).
-    volume: np.ndarray  #: Volume of the grains [m^3], (F,).
-    centre: np.ndarray  #: Centre of mass [m], (F, 3).
-    velocity: np.ndarray  #: Velocity of the centre of mass [m/s], (F, 3).
-    angular_momentum: np.ndarray  #: About the centre of mass, with the spins [kg m^2/s], (F, 3).
-    radius_of_gyration: np.ndarray  #: [m], (F,).
+    label: NDArray[np.integer]  #: Fragment of each grain, (N,); 0 is the largest.
+    grains: NDArray[np.integer]  #: Number of grains, (F,).
+    mass: NDArray[np.float64]  #: [kg], (F,).
+    volume: NDArray[np.float64]  #: Volume of the grains [m^3], (F,).
+    centre: NDArray[np.float64]  #: Centre of mass [m], (F, 3).
+    velocity: NDArray[np.float64]  #: Velocity of the centre of mass [m/s], (F, 3).
+    #: About the centre of mass, with the spins [kg m^2/s], (F, 3).
+    angular_momentum: NDArray[np.float64]
+    radius_of_gyration: NDArray[np.float64]  #: [m], (F,).
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.grains)
 
     @property
-    def characteristic_radius(self):
+    def characteristic_radius(self) -> NDArray[np.float64]:
         """sqrt(5/3) R_g [m], (F,): of the uniform sphere with that radius of gyration."""
-        return np.sqrt(5.0 / 3.0) * self.radius_of_gyration
+        return float(np.sqrt(5.0 / 3.0)) * self.radius_of_gyration
 
     @property
-    def filling_factor(self):
+    def filling_factor(self) -> NDArray[np.float64]:
         """Grain volume over that of the sphere of the characteristic radius (Mukai 1992), (F,).
 
         It is not a number for a single grain, and above 1 for two or three, whose radius of
         gyration neglects the extent of a grain.
         """
         sphere = 4.0 / 3.0 * np.pi * self.characteristic_radius**3
-        return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)
+        phi = np.full(len(self), np.nan)
+        np.divide(self.volume, sphere, out=phi, where=sphere > 0.0)
+        return phi
 
 
-def find_fragments(run, snapshot=-1) -> Fragments:
+def find_fragments(run: Run, snapshot: int = -1) -> Fragments:
     """Fragments of a snapshot of a run: sets of grains connected by contacts between grains.
 
     Walls do not connect grains.
@@ -74,7 +90,7 @@ def find_fragments(run, snapshot=-1) -> Fragments:
     return find_frame_fragments(read_frame(run, snapshot), read_grain_masses(run))
 
 
-def find_frame_fragments(frame, masses):
+def find_frame_fragments(frame: Frame, masses: NDArray[np.float64]) -> Fragments:
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
     label, position = label_fragments(frame, masses), frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
@@ -83,7 +99,12 @@ def find_frame_fragments(frame, masses):
     return sum_fragments(label, masses, frame.radius, (position, frame.velocity, frame.spin))
 
 
-def sum_fragments(label, masses, radius, motion):
+def sum_fragments(
+    label: NDArray[np.intp],
+    masses: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    motion: Iterable[NDArray[np.float64]],
+) -> Fragments:
     """The Fragments of N grains in open space whose fragment is `label`, 0 the heaviest.
 
     masses [kg], radius [m]: of the grains, (N,). motion: their positions [m], velocities [m/s] and
@@ -91,10 +112,13 @@ def sum_fragments(label, masses, radius, motion):
     """
     number = int(label.max(initial=-1)) + 1
     position, velocity_of_grains, spin_of_grains = motion
-    mass = np.bincount(label, masses, minlength=number)
+    mass = np.asarray(np.bincount(label, masses, minlength=number), float)
 
-    def mean(values):
-        return _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
+    def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        means: NDArray[np.float64] = (
+            _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
+        )
+        return means
 
     centre, velocity = mean(position), mean(velocity_of_grains)
     offset, relative = position - centre[label], velocity_of_grains - velocity[label]
@@ -106,27 +130,30 @@ def sum_fragments(label, masses, radius, motion):
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
 
 
-def label_fragments(frame, masses):
+def label_fragments(frame: Frame, masses: NDArray[np.float64]) -> NDArray[np.intp]:
     """Fragment of each grain of a Frame, (N,), 0 the heaviest; masses: of the grains, (N,)."""
     return largest_first(label_components(frame.pairs, len(masses))[1], masses)
 
 
-def _sum_by_label(label, vectors, number):
-    return np.stack([np.bincount(label, v, minlength=number) for v in vectors.T], axis=1)
+def _sum_by_label(
+    label: NDArray[np.intp], vectors: NDArray[np.float64], number: int
+) -> NDArray[np.float64]:
+    columns = [np.bincount(label, column, minlength=number) for column in vectors.T]
+    return np.asarray(np.stack(columns, axis=1), float)
 
 
 @dataclass(frozen=True)
 class FragmentDimension:
     """Fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core."""
 
-    radius: np.ndarray  #: Distances R [m], (R,), of geometry.grains_within.
-    number: np.ndarray  #: N(<R), (R,).
+    radius: NDArray[np.float64]  #: Distances R [m], (R,), of geometry.grains_within.
+    number: NDArray[np.float64]  #: N(<R), (R,).
     dimension: float  #: Exponent of the fit.
     grains: int  #: Number of grains of the fragment.
     grain_radius: float  #: Mean radius of the grains [m].
 
 
-def fit_fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
+def fit_fragment_dimension(run: Run, snapshot: int = -1, fragment: int = 0) -> FragmentDimension:
     """Fractal dimension of a fragment of a snapshot of a run.
 
     Parameters
@@ -165,14 +192,15 @@ def fit_fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
 class MassSpectrum:
     """Distribution of the mass among fragments."""
 
-    mass: np.ndarray  #: [kg], (F,), rising.
-    count: np.ndarray  #: Number of fragments of at least this mass, (F,).
-    mass_fraction: np.ndarray  #: Their share of the total mass, (F,).
-    edges: np.ndarray  #: Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
-    histogram: np.ndarray  #: (bins,).
+    mass: NDArray[np.float64]  #: [kg], (F,), rising.
+    count: NDArray[np.integer]  #: Number of fragments of at least this mass, (F,).
+    mass_fraction: NDArray[np.float64]  #: Their share of the total mass, (F,).
+    #: Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
+    edges: NDArray[np.float64]
+    histogram: NDArray[np.integer]  #: (bins,).
 
 
-def compute_mass_spectrum(fragments, bins=10) -> MassSpectrum:
+def compute_mass_spectrum(fragments: Fragments, bins: int = 10) -> MassSpectrum:
     """Distribution of the mass among fragments.
 
     Parameters
@@ -189,7 +217,9 @@ def compute_mass_spectrum(fragments, bins=10) -> MassSpectrum:
     return MassSpectrum(mass, count, mass_fraction, edges, np.histogram(mass, edges)[0])
 
 
-def measure_growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
+def measure_growth_efficiency(
+    run: Run, first: int = 0, last: int = -1, bodies: Bodies | None = None
+) -> float:
     """Growth efficiency f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
 
     1: everything sticks; 0: the mass of the target is unchanged, as in a bounce; negative: erosion.
@@ -216,7 +246,9 @@ def measure_growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
     return compute_growth_efficiency(find_fragments(run, last), read_grain_masses(run), bodies)
 
 
-def compute_growth_efficiency(fragments, masses, bodies):
+def compute_growth_efficiency(
+    fragments: Fragments, masses: NDArray[np.float64], bodies: Bodies
+) -> float:
     """Growth efficiency of two bodies (lists of grains), from the Fragments afterwards.
 
     masses: of the grains [kg], (N,).
@@ -225,7 +257,7 @@ def compute_growth_efficiency(fragments, masses, bodies):
     return float((fragments.mass[0] - target) / projectile)
 
 
-def find_two_fragments(run, snapshot):
+def find_two_fragments(run: Run, snapshot: int) -> Fragments:
     """The Fragments of a snapshot that has exactly two. Raises DustError otherwise."""
     fragments = find_fragments(run, snapshot)
     if len(fragments) != 2:
@@ -240,17 +272,17 @@ def find_two_fragments(run, snapshot):
 class Compaction:
     """The largest fragment before and after."""
 
-    grains: np.ndarray  #: Number of grains, (2,).
-    radius_of_gyration: np.ndarray  #: [m], (2,).
-    filling_factor: np.ndarray  #: (2,), see Fragments.
+    grains: NDArray[np.integer]  #: Number of grains, (2,).
+    radius_of_gyration: NDArray[np.float64]  #: [m], (2,).
+    filling_factor: NDArray[np.float64]  #: (2,), see Fragments.
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """Filling factor after over before: above 1 where the fragment was compacted."""
         return float(self.filling_factor[1] / self.filling_factor[0])
 
 
-def measure_compaction(run, first=0, last=-1) -> Compaction:
+def measure_compaction(run: Run, first: int = 0, last: int = -1) -> Compaction:
     """Compaction of the largest fragment between two snapshots of a run.
 
     The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of

@@ -3,9 +3,14 @@
 Compared with T19 eq 9, or another law.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.compression import bin_medians
 from dusttaichi.analysis.cycles import compute_cell_pressure
@@ -13,10 +18,18 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.results.shown import PRESSURES
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
+
 DECADES = 0.05
 """Width in lg(filling factor) of the bins: the pressure, ~ phi^3, grows by 0.15 dex in one."""
 
 THIN = 0.1  #: Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9).
+
+
+# pressure [Pa] of filling factors (n,), surface energy, radius and critical rolling displacement
+PressureLaw = Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -24,15 +37,15 @@ class Isotropic:
     """Mean pressure against filling factor, smoothed and as measured."""
 
     #: Mean of every bin of lg(filling factor) with a positive pressure, (bins,).
-    filling_factor: np.ndarray
-    pressure: np.ndarray  #: Median pressure of the bins [Pa], (bins,).
-    law: np.ndarray  #: Pressure of the law [Pa], (bins,); NaN for an unknown material.
-    ratio: np.ndarray  #: Median of the pressure over that law, (bins,).
-    count: np.ndarray  #: Number of records of the bins, (bins,).
-    raw_filling_factor: np.ndarray  #: As recorded, (times,).
-    raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
+    filling_factor: NDArray[np.float64]
+    pressure: NDArray[np.float64]  #: Median pressure of the bins [Pa], (bins,).
+    law: NDArray[np.float64]  #: Pressure of the law [Pa], (bins,); NaN for an unknown material.
+    ratio: NDArray[np.float64]  #: Median of the pressure over that law, (bins,).
+    count: NDArray[np.integer]  #: Number of records of the bins, (bins,).
+    raw_filling_factor: NDArray[np.float64]  #: As recorded, (times,).
+    raw_pressure: NDArray[np.float64]  #: As recorded [Pa], (times,).
 
-    def ratio_between(self, low=0.0, high=THIN) -> "Ratio":
+    def ratio_between(self, low: float = 0.0, high: float = THIN) -> Ratio:
         """Pressure over law in the bins with a mean filling factor in a range.
 
         Parameters
@@ -60,7 +73,9 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def measure_isotropic_compression(run, law=laws.isotropic_pressure) -> Isotropic:
+def measure_isotropic_compression(
+    run: Run, law: PressureLaw = laws.isotropic_pressure
+) -> Isotropic:
     """Mean pressure -trace(stress)/3 of a cell in the first stage that compresses it evenly.
 
     Parameters
@@ -93,7 +108,7 @@ def measure_isotropic_compression(run, law=laws.isotropic_pressure) -> Isotropic
     return Isotropic(*columns, count[up].astype(int), phi, pressure)
 
 
-def register(label, law) -> None:
+def register(label: str, law: PressureLaw) -> None:
     """Draw a law beside T19 eq 9 in figures of the pressure; for extensions.
 
     Parameters
@@ -106,7 +121,7 @@ def register(label, law) -> None:
     PRESSURES.replace(label, law)
 
 
-def _apply_law(law, run, phi):
+def _apply_law(law: PressureLaw, run: Run, phi: NDArray[np.float64]) -> NDArray[np.float64]:
     m = run.material
     if m is None:
         return np.full(len(phi), np.nan)

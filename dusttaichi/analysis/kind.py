@@ -1,31 +1,78 @@
 """Kind of a run: whether it compresses, stretches, shears or collides, from its records; drafts."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.tension import find_start_of_tension, is_tensile_test, read_tension
 from dusttaichi.physics.geometry import LYING
 from dusttaichi.results.datasets import read_at
 from dusttaichi.scene.numerics import DRAFT
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
-class RunKind:
+class Records(Protocol):
+    """Content of a result file or a stage, as a Run has it, from which its kind follows."""
+
+    series: xr.Dataset
+    stage_name: str
+    _record_before: int | None
+
+    @property
+    def tree(self) -> xr.DataTree | None: ...
+
+    @property
+    def scene(self) -> dict[str, Any]: ...
+
+    @property
+    def sample(self) -> dict[str, Any]: ...
+
+    @property
+    def boundary(self) -> str: ...
+
+    @property
+    def grains(self) -> int | None: ...
+
+    @property
+    def parts(self) -> list[Run]: ...
+
+    @property
+    def start(self) -> xr.Dataset: ...
+
+    @property
+    def snapshots(self) -> xr.Dataset | None: ...
+
+    @property
+    def snapshot_count(self) -> int: ...
+
+
+class RunKind(Records):
     """Properties of a Run that name its kind; a base class of Run alone."""
 
     @property
-    def pushes(self):
+    def pushes(self) -> list[dict[str, Any]]:
         """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face`, `size` [m]."""
-        return self.sample.get("push", [])
+        pushes: list[dict[str, Any]] = self.sample.get("push", [])
+        return pushes
 
     @property
-    def lies(self):
+    def lies(self) -> bool:
         """True for a lying cylinder, between two plates."""
-        return self.sample.get("shape") == LYING
+        return bool(self.sample.get("shape") == LYING)
 
     @property
-    def compresses(self):
+    def compresses(self) -> bool:
         """True where the filling factor grows (in a stage) under the pressure of a top wall.
 
         Not of a lying cylinder, whose load is no pressure (configs/diametral).
@@ -35,12 +82,12 @@ class RunKind:
         )
 
     @property
-    def shrinks(self):
+    def shrinks(self) -> bool:
         """True where a periodic cell shrinks equally along all axes (in a stage)."""
         return self._does(lambda stage: stage.growth > LEAST_CHANGE and stage._evenly)
 
     @property
-    def stretches(self):
+    def stretches(self) -> bool:
         """True where the filling factor falls (in a stage) until there is tension.
 
         By LEAST_CHANGE, unless the stage ends past the largest tension.
@@ -48,27 +95,28 @@ class RunKind:
         return self._does(lambda stage: stage._pulls)
 
     @property
-    def unloads(self):
+    def unloads(self) -> bool:
         """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
         return self._does(
             lambda stage: stage._record_before is not None and stage._expands_under_pressure
         )
 
     @property
-    def sheared(self):
+    def sheared(self) -> bool:
         """True where a stage shears."""
         return bool(np.ptp(np.asarray(self.series.get("shear_strain", [0.0]))) > 0.0)
 
     @property
-    def has_forces(self):
+    def has_forces(self) -> bool:
         """True where the last snapshot has contacts with their forces."""
-        if self.tree is None or "normal_force" not in self.tree.get("contacts", {}):
+        contacts = None if self.tree is None else self.tree.children.get("contacts")
+        if contacts is None or "normal_force" not in contacts:
             return False
         frames = self.snapshots
         return frames is not None and int(frames.contact_count.values[-1]) > 0
 
     @property
-    def collides(self):
+    def collides(self) -> bool:
         """True where two bodies collide, with the contacts of at least two snapshots."""
         sample_kind = self.scene.get("sample", {}).get("kind")
         if sample_kind not in ("pair", "collision") or self.boundary != "open":
@@ -78,42 +126,42 @@ class RunKind:
         return self.snapshot_count > 1
 
     @property
-    def has_sphere(self):
+    def has_sphere(self) -> bool:
         """True where a rigid sphere is among the grains, with more than one record."""
         return "sphere_position" in self.series and len(self.series.time) > 1
 
     @property
-    def intrudes(self):
+    def intrudes(self) -> bool:
         """True where a rigid body falls on dust (continuum, sample.kind impact)."""
         return "body_position" in self.series and "density" in self.sample.get("projectile", {})
 
-    def bodies(self):
+    def bodies(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
         first = self.sample.get("target_grains", 1)
         return np.arange(first), np.arange(first, self.grains)
 
-    def _does(self, condition):
+    def _does(self, condition: Callable[[Run], bool]) -> bool:
         return any(map(condition, self.parts))
 
     @property
-    def has_tension(self):
+    def has_tension(self) -> bool:
         """True where a stress, or the pressure on a top wall, is recorded."""
         return self.has_top_pressure or "stress" in self.series
 
     @property
-    def _pulls(self):
+    def _pulls(self) -> bool:
         least = 0.0 if is_tensile_test(self) else LEAST_CHANGE
         if not (self.growth < -least and self.has_tension):
             return False
         return find_start_of_tension(read_tension(self)) is not None
 
     @property
-    def _expands_under_pressure(self):
+    def _expands_under_pressure(self) -> bool:
         opens = self.growth < 0.0 and self.has_tension
-        return opens and not self._pulls and np.nanmean(read_tension(self)) <= 0.0
+        return opens and not self._pulls and bool(np.nanmean(read_tension(self)) <= 0.0)
 
     @property
-    def growth(self):
+    def growth(self) -> float:
         """Relative growth of the filling factor from the start to the end."""
         if "filling_factor" not in self.series or not len(self.series.time):
             return 0.0
@@ -123,13 +171,13 @@ class RunKind:
         return growth if np.isfinite(growth) else 0.0
 
     @property
-    def has_top_pressure(self):
+    def has_top_pressure(self) -> bool:
         """True where the pressure on a top wall is recorded."""
         is_recorded = "pressure" in self.series
         return is_recorded and bool(np.isfinite(read_at(self.series.pressure, wall="top")).any())
 
     @property
-    def _evenly(self):
+    def _evenly(self) -> bool:
         if not {"box_length", "stress"} <= set(self.series):
             return False
         ratio = self.series.box_length.values[-1] / self.start.box_length.values
@@ -140,7 +188,7 @@ SLOWEST = 1.0  #: Wall speed [m/s] from which S12 (section 5.2.2) calls a compre
 STEADY = 0.01  #: Share by which the speed of a steady wall may vary.
 
 
-def measure_wall_speed(run):
+def measure_wall_speed(run: Run) -> float:
     """Downward speed [m/s] of the top wall; nan where it changes or is unknown."""
     if "height" not in run.series or run.series.sizes["time"] < 3:
         return np.nan
@@ -153,7 +201,7 @@ def measure_wall_speed(run):
     return float(speed) if np.all(np.abs(height - straight) <= STEADY * travelled) else np.nan
 
 
-def is_dynamic(run):
+def is_dynamic(run: Run) -> bool:
     """True for a cake in a closed box pressed at a constant speed of SLOWEST or more."""
     return (
         run.compresses
@@ -162,7 +210,7 @@ def is_dynamic(run):
     )
 
 
-def explain_draft(scene):
+def explain_draft(scene: Mapping[str, Any]) -> str:
     """Reason why a run of a resolved scene (plain dicts) is a draft; "" for others."""
     numerics = scene.get("numerics") or {}
     scale = numerics.get("stiffness_scaling", 1.0)
@@ -171,13 +219,13 @@ def explain_draft(scene):
     return f"softened, {scale:g}" if isinstance(scale, (int, float)) and scale < 1.0 else ""
 
 
-def add_draft_reason(name, scene):
+def add_draft_reason(name: str, scene: Mapping[str, Any]) -> str:
     """The name of a run, of a draft with the reason in parentheses."""
     text = explain_draft(scene)
     return f"{name} ({text})" if text else name
 
 
-def warn_of_mixed_drafts(runs):
+def warn_of_mixed_drafts(runs: Sequence[Run]) -> str:
     """A sentence where some of several Runs are drafts and others are not; else ""."""
     texts = {run.name: explain_draft(run.scene) for run in runs}
     if len(set(texts.values())) < 2:

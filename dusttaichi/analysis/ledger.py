@@ -1,12 +1,22 @@
 """The energy ledger of a run: its residual, and the losses by channel."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.datasets import read_at
 from dusttaichi.results.variables import reference_energy
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+
 
 KINETIC = ("kinetic_translation", "kinetic_rotation", "sphere_kinetic", "kinetic")
 CONTACTS = ("potential", "potential_wall", "potential_sphere")
@@ -20,44 +30,49 @@ WORKS = "wall_work face_work push_work gravity_work force_work sphere_work work"
 class Ledger:
     """Energies over time [J], each (times,), unless stated otherwise."""
 
-    time: np.ndarray  #: [s].
-    losses: dict  #: Channel -> cumulative loss in contacts of grains, walls and sphere together.
+    time: NDArray[np.float64]  #: [s].
+    #: Channel -> cumulative loss in contacts of grains, walls and sphere together.
+    losses: dict[str, NDArray[np.float64]]
     #: Work of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness.
-    work: np.ndarray
-    stored: np.ndarray  #: Kinetic and potential energy less their start.
-    residual: np.ndarray  #: stored - work + losses, as in the result.
+    work: NDArray[np.float64]
+    stored: NDArray[np.float64]  #: Kinetic and potential energy less their start.
+    residual: NDArray[np.float64]  #: stored - work + losses, as in the result.
     #: Energy that has gone through the system, |work| + initial kinetic + |initial potential| +
     #: losses.
-    reference: np.ndarray
+    reference: NDArray[np.float64]
     #: Residual over reference, or over its lower bounds if they are larger, as in the result
     #: (run.ledger.turnover).
-    relative: np.ndarray
+    relative: NDArray[np.float64]
     worst: float  #: Largest absolute value of `relative`, a number.
     #: Channel -> share of all losses at the end, or 0; of their absolute values, as a channel may
     #: have gained.
-    shares: dict
+    shares: dict[str, float]
 
 
-def sum_losses_by_channel(series):
+def sum_losses_by_channel(series: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
     if "loss" not in series:
         return {}
     names = [name for name in LOSSES if name in series]
+    zero = np.zeros(series.sizes["time"])
     return {
-        str(channel): sum(read_at(series[name], channel=channel) for name in names)
+        str(channel): sum((read_at(series[name], channel=channel) for name in names), zero)
         for channel in series.channel.values
     }
 
 
-def compute_ledger(run):
+def compute_ledger(run: Run) -> Ledger:
     """Energy ledger of a run, from its start, over all its stages."""
     series = run.whole.series
     zero = np.zeros(len(series.time))
 
-    def total(name, over):
+    def total(name: str, over: str) -> NDArray[np.float64]:
         if name not in series:
             return zero
-        return np.nansum(series[name].values, axis=series[name].dims.index(over))
+        sums: NDArray[np.float64] = np.nansum(
+            series[name].values, axis=series[name].dims.index(over)
+        )
+        return sums
 
     losses = sum_losses_by_channel(series)
     lost = sum(losses.values(), zero)
@@ -96,12 +111,12 @@ class Losses:
     T19's "normal" is forming and breaking together.
     """
 
-    filling_factor: np.ndarray  #: (times,).
-    by_channel: dict  #: Channel -> energy [J], (times,).
-    total: np.ndarray  #: [J], (times,).
+    filling_factor: NDArray[np.float64]  #: (times,).
+    by_channel: dict[str, NDArray[np.float64]]  #: Channel -> energy [J], (times,).
+    total: NDArray[np.float64]  #: [J], (times,).
 
 
-def measure_losses(run) -> Losses:
+def measure_losses(run: Run) -> Losses:
     """Losses by channel of a run, in the first stage that stretches, against filling factor.
 
     Raises

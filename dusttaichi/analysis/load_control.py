@@ -1,12 +1,20 @@
 """Quality of load control: share of the time in which a stage misses its load."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.analysis.loads import find_drive
 from dusttaichi.scene.quantities import parse
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 CLOSE = 0.05  #: Relative deviation from the controlled load up to which it counts as reached.
 
@@ -21,7 +29,7 @@ class LoadControl:
     highest: float  #: Largest one.
 
 
-def measure_load_control(run):
+def measure_load_control(run: Run) -> list[LoadControl]:
     """LoadControl of every stage of a run that controls a load, in order.
 
     Records have averages over their time. A stress of 0 is compared with the largest of the others.
@@ -30,7 +38,7 @@ def measure_load_control(run):
     return [control for control in controls if control is not None]
 
 
-def _measure_stage(stage):
+def _measure_stage(stage: Run) -> LoadControl | None:
     loads = _compute_relative_loads(stage)
     if loads is None:
         return None
@@ -45,7 +53,7 @@ def _measure_stage(stage):
     return LoadControl(stage.stage_name, missed_share, float(loads.min()), float(loads.max()))
 
 
-def _compute_relative_loads(stage):
+def _compute_relative_loads(stage: Run) -> NDArray[np.float64] | None:
     """Loads over the controlled ones, (times, n); None where there is none, or no record of it."""
     drive, series = find_drive(stage), stage.series
     if drive.get("pressure") and ("pressure" in series or "stress" in series):
@@ -56,6 +64,6 @@ def _compute_relative_loads(stage):
     axes = [n for n, level in enumerate(stress) if level != "free"]
     prescribed = np.array([parse(stress[n], "pressure") for n in axes])
     scale = np.abs(prescribed).max()
-    return 1.0 + (series.stress.values[:, axes, axes] - prescribed) / np.where(
-        prescribed, prescribed, scale
-    )
+    stresses: NDArray[np.float64] = series.stress.values[:, axes, axes]
+    loads: NDArray[np.float64] = (stresses - prescribed) / np.where(prescribed, prescribed, scale)
+    return 1.0 + loads

@@ -3,15 +3,25 @@
 In a triaxial test one axis of a cell is strained at a controlled stress along the others.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import AXES
+from dusttaichi.physics.geometry import AXES, Floats
 from dusttaichi.results.datasets import read_at
 from dusttaichi.scene.quantities import parse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.kind import RunKind
+    from dusttaichi.analysis.run import Run
+
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.
 MISSED = 0.1  #: Relative deviation of a load from the controlled one from which it is missed.
@@ -32,12 +42,12 @@ class ControlledLoad:
     time: float  #: Duration [s].
 
     @property
-    def missed(self):
+    def missed(self) -> bool:
         """True where the load deviates from the controlled one by more than MISSED."""
         return is_load_missed(self.pressure, self.prescribed)
 
 
-def is_load_missed(load, prescribed, reference=0.0):
+def is_load_missed(load: float, prescribed: float, reference: float = 0.0) -> bool:
     """True where a load deviates from the prescribed one by more than MISSED of it.
 
     reference: stress for the comparison where a load of 0 is prescribed [Pa]. False where
@@ -46,13 +56,13 @@ def is_load_missed(load, prescribed, reference=0.0):
     return abs(load - prescribed) > MISSED * (abs(prescribed) or abs(reference))
 
 
-def format_load(test):
+def format_load(test: StrengthTest) -> str:
     """Load [kPa] of a Shearing or Triaxial, beside the prescribed one where that was missed."""
     target = f" instead of {test.prescribed / 1e3:.3g}" if test.missed else ""
     return f"{test.load / 1e3:.3g}{target} kPa"
 
 
-def measure_controlled_loads(run):
+def measure_controlled_loads(run: Run) -> list[ControlledLoad]:
     """Controlled loads of the stages of a run that control a pressure, in order."""
     return [
         _measure_controlled_load(stage, parse(pressure, "pressure"))
@@ -61,19 +71,21 @@ def measure_controlled_loads(run):
     ]
 
 
-def find_stage_block(stage_run):
+def find_stage_block(stage_run: RunKind) -> dict[str, Any] | None:
     """Block of a stage of a Run in its scene; None of a run without stages."""
     blocks = {block["name"]: block for block in stage_run.scene.get("stages") or []}
     return blocks.get(stage_run.stage_name, {}) if blocks else None
 
 
-def find_drive(stage_run):
+def find_drive(stage_run: RunKind) -> dict[str, Any]:
     """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
     block = find_stage_block(stage_run)
-    return stage_run.scene.get("boundary", {}) if block is None else block.get("drive", {})
+    scene = stage_run.scene
+    drive: dict[str, Any] = scene.get("boundary", {}) if block is None else block.get("drive", {})
+    return drive
 
 
-def _measure_controlled_load(stage, prescribed):
+def _measure_controlled_load(stage: Run, prescribed: float) -> ControlledLoad:
     series = stage.series
     pressure = compute_pressure(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
@@ -94,8 +106,8 @@ class StrengthTest:
     """One stage in which a sample yields under a load, in n records."""
 
     stage: str  #: Name of the stage.
-    strain: np.ndarray  #: Since its start, (n,).
-    filling_factor: np.ndarray  #: (n,).
+    strain: Floats  #: Since its start, (n,).
+    filling_factor: Floats  #: (n,).
     strength: float  #: Mean of the stress over the last FLOWING of the strain [Pa].
     strength_sigma: float  #: Its standard error, from the scatter of ten successive blocks [Pa].
     load: float  #: Mean there of the stress that loads the sample [Pa].
@@ -103,17 +115,17 @@ class StrengthTest:
     prescribed: float  #: Load that the scene prescribes [Pa]; NaN without one.
 
     @property
-    def controlled(self):
+    def controlled(self) -> bool:
         """True if the scene prescribes the load."""
         return not np.isnan(self.prescribed)
 
     @property
-    def missed(self):
+    def missed(self) -> bool:
         """True where the load is prescribed and deviates by more than MISSED."""
         return is_load_missed(self.load, self.prescribed, self.strength)
 
     @property
-    def has_friction(self):
+    def has_friction(self) -> bool:
         """True for a point of the line of friction: a compressive load, as prescribed."""
         return self.controlled and self.load > 0.0 and not self.missed
 
@@ -123,13 +135,13 @@ class Shearing(StrengthTest):
     """One stage that shears, in n records, with the normal stress as its load."""
 
     #: Shear stress along the motion [Pa], (n,); of a wall its force over its area.
-    shear: np.ndarray
-    normal: np.ndarray  #: Stress across the motion, positive in compression [Pa], (n,).
+    shear: Floats
+    normal: Floats  #: Stress across the motion, positive in compression [Pa], (n,).
     direction: float  #: 1 or -1, that of the shear along x; strain and shear are positive along it.
     previous_strain: float  #: Total shear strain of the run at the start of the stage.
 
     @property
-    def total_strain(self):
+    def total_strain(self) -> Floats:
         """Shear strain along x since the start of the run, (n,)."""
         return self.previous_strain + self.direction * self.strain
 
@@ -144,56 +156,10 @@ class Triaxial(StrengthTest):
 
     axis: str  #: Letter of the third axis.
     #: Stress along it less the mean of the others, positive in compression [Pa], (n,).
-    deviator: np.ndarray
+    deviator: Floats
 
 
-@dataclass(frozen=True)
-class Friction:
-    """Line through the strengths of several loads: strength = cohesion + slope x load.
-
-    The 1-sigma uncertainties follow from the scatter about the line; they are NaN for two loads.
-    """
-
-    cohesion: float  #: [Pa].
-    cohesion_sigma: float  #: Uncertainty of the cohesion [Pa].
-    slope: float  #: Slope of the line.
-    slope_sigma: float  #: Uncertainty of the slope.
-
-    @property
-    def angle(self):
-        """Friction angle [degrees]."""
-        return float(np.degrees(np.arctan(self.slope)))
-
-    @property
-    def angle_sigma(self):
-        """Uncertainty of the friction angle [degrees]."""
-        return float(np.degrees(self.slope_sigma / (1.0 + self.slope**2)))
-
-    @property
-    def triaxial_angle(self):
-        """Friction angle [degrees] of a line through deviators over confining stresses.
-
-        It is that of Mohr's circles: sin = M/(2 + M) with the slope M.
-        """
-        return float(np.degrees(np.arcsin(self._sine)))
-
-    @property
-    def triaxial_angle_sigma(self):
-        """Uncertainty of the friction angle of triaxial tests [degrees]."""
-        change = 2.0 / (2.0 + self.slope) ** 2 / np.sqrt(1.0 - self._sine**2)
-        return float(np.degrees(change * self.slope_sigma))
-
-    @property
-    def triaxial_cohesion(self):
-        """Cohesion [Pa] of the tangent of these circles."""
-        return float(self.cohesion * np.sqrt((1.0 - self._sine) / (1.0 + self._sine)) / 2.0)
-
-    @property
-    def _sine(self):
-        return self.slope / (2.0 + self.slope)
-
-
-def measure_shear_tests(run):
+def measure_shear_tests(run: Run) -> list[Shearing]:
     """Shear test of every stage of a run that shears, in order.
 
     Raises
@@ -212,37 +178,22 @@ def measure_shear_tests(run):
     return tests
 
 
-def fit_friction(tests):
-    """Line of friction of several shear or triaxial tests, of one sample or more.
-
-    It uses stages with a compressive normal stress that the scene prescribes; None below two loads.
-    """
-    usable = [test for test in tests if test.has_friction]
-    load, strength = np.array([(test.load, test.strength) for test in usable]).reshape(-1, 2).T
-    if len(usable) < 2 or np.ptp(load) == 0.0:
-        return None
-    if len(usable) == 2:
-        line, sigma = np.polyfit(load, strength, 1), np.full(2, np.nan)
-    else:
-        line, covariance = np.polyfit(load, strength, 1, cov=True)
-        sigma = np.sqrt(np.diag(covariance))
-    return Friction(*map(float, (line[1], sigma[1], line[0], sigma[0])))
-
-
-def _compute_shear_strain(stage):
+def _compute_shear_strain(stage: Run) -> Floats:
     """Shear strain since the start of a stage, (n,).
 
     For a top wall it is the integral of its displacement over the current height.
     """
     records = [stage.start, stage.series]
-    strain = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])
+    strain: Floats = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])
     if "wall_force" not in stage.series or "height" not in stage.series:
-        return strain[1:] - strain[0]
+        since_start: Floats = strain[1:] - strain[0]
+        return since_start
     height = np.concatenate([np.atleast_1d(r.height.values) for r in records])
-    return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
+    growth: Floats = np.diff(strain * height) / (0.5 * (height[1:] + height[:-1]))
+    return np.cumsum(growth)
 
 
-def _parse_normal_stress(stage):
+def _parse_normal_stress(stage: Run) -> float:
     """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
     drive = find_drive(stage)
     stress = drive.get("stress")
@@ -253,7 +204,7 @@ def _parse_normal_stress(stage):
     return parse(drive["pressure"], "pressure") if drive.get("pressure") else np.nan
 
 
-def _measure_shear_test(stage, strain, previous_strain):
+def _measure_shear_test(stage: Run, strain: Floats, previous_strain: float) -> Shearing:
     series, direction = stage.series, float(np.sign(strain[-1]))
     shear, normal = _read_stresses(series)
     strain, shear = direction * strain, direction * shear
@@ -271,7 +222,12 @@ def _measure_shear_test(stage, strain, previous_strain):
     )
 
 
-def average_flow(strain, stress, load, density):
+def average_flow(
+    strain: Floats,
+    stress: Floats,
+    load: Floats,
+    density: Floats,
+) -> dict[str, float]:
     """strength, strength_sigma, load, density: means over the last FLOWING of a growing strain.
 
     strain, stress, load, density: (n,). The standard error of the strength is that of the means of
@@ -284,7 +240,7 @@ def average_flow(strain, stress, load, density):
     return {name: float(np.mean(a[late])) for name, a in means.items()} | {"strength_sigma": sigma}
 
 
-def _read_stresses(series):
+def _read_stresses(series: xr.Dataset) -> tuple[Floats, Floats]:
     """Shear and normal stress [Pa], (n,) each: of the cell, or on the top wall."""
     if "wall_force" in series:
         across, along = (read_at(series.wall_force, wall="top", xyz=axis) for axis in "xz")
@@ -294,7 +250,7 @@ def _read_stresses(series):
     return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]
 
 
-def measure_triaxial_tests(run):
+def measure_triaxial_tests(run: Run) -> list[Triaxial]:
     """Triaxial test of every such stage of a run, in order.
 
     Raises
@@ -313,12 +269,12 @@ def measure_triaxial_tests(run):
     return [_measure_triaxial_test(stage, stresses[stage.stage_name]) for stage in stages]
 
 
-def is_triaxial(run):
+def is_triaxial(run: Run) -> bool:
     """True where a stage of a Run is a triaxial test."""
     return bool(_find_controlled_stresses(run)) and "stress" in run.series
 
 
-def _find_controlled_stresses(run):
+def _find_controlled_stresses(run: Run) -> dict[str, list[str]]:
     """Stress along each axis of each stage that controls it along two, by name of the stage."""
     stresses = {stage.stage_name: find_drive(stage).get("stress") for stage in run.parts}
     return {
@@ -328,7 +284,7 @@ def _find_controlled_stresses(run):
     }
 
 
-def _measure_triaxial_test(stage, stress):
+def _measure_triaxial_test(stage: Run, stress: list[str]) -> Triaxial:
     """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
     axis, series = stress.index("free"), stage.series
     levels = [parse(level, "pressure") for level in stress if level != "free"]

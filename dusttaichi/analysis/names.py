@@ -1,9 +1,17 @@
 """Names of runs for people: by the symbols and values of the keys in which they differ."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import typeset
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 MOST = 3  # largest number of differing keys in a name
 # parts of a scene that say nothing about what is simulated
@@ -11,7 +19,7 @@ BESIDES = ("name", "output", "numerics.threads", "extensions")
 TAGS = ("kind", "model", "law")
 
 
-def format_run_name(title, scene, folder=""):
+def format_run_name(title: str, scene: dict[str, Any], folder: str = "") -> str:
     """Name of a run with this title: of a point of a study by its changed keys.
 
     "cake-material.surface_energy_20mJ_m_2" is "cake, γ = 20 mJ/m²"; any other title remains.
@@ -28,7 +36,7 @@ def format_run_name(title, scene, folder=""):
     return ", ".join([base, *changes, *_format_replica(folder, changes)])
 
 
-def name_runs(runs):
+def name_runs(runs: Sequence[Run]) -> list[str]:
     """A name for each of several Runs, by which they differ.
 
     Points of one study are named by their changed keys alone. Runs of the same name are named by
@@ -58,12 +66,12 @@ def name_runs(runs):
     return [f"{name}, {text}" for name, text in zip(names, changed, strict=True)]
 
 
-def format_change(path, value, among=()):
+def format_change(path: str, value: object, among: Iterable[str] = ()) -> str:
     """ "γ = 20 mJ/m²": a key, by its path, with the text of its value."""
     return f"{label_key(path, among)} = {typeset(str(value))}"
 
 
-def split_name(title, scene):
+def split_name(title: str, scene: dict[str, Any]) -> tuple[str, list[str]]:
     """(base, changed keys as texts) of the title of a run; (title, []) of one without such keys."""
     for dash in re.finditer("-", title):
         pairs = _parse_changes(title[dash.end() :], scene)
@@ -73,13 +81,14 @@ def split_name(title, scene):
     return title, []
 
 
-def _parse_changes(text, scene):
+def _parse_changes(text: str, scene: dict[str, Any]) -> list[tuple[str, Any]]:
     """(path, value in the scene) of each change in "KEY_VALUE__KEY_VALUE", or []."""
-    pairs = [_parse_change(change, scene) for change in text.split("__")]
-    return pairs if all(pairs) else []
+    changes = text.split("__")
+    pairs = [pair for change in changes if (pair := _parse_change(change, scene)) is not None]
+    return pairs if len(pairs) == len(changes) else []
 
 
-def _parse_change(text, scene):
+def _parse_change(text: str, scene: dict[str, Any]) -> tuple[str, Any] | None:
     """(path, value) of "KEY_VALUE", whose KEY is a path in the scene; None without."""
     path, block = [], scene
     while isinstance(block, (dict, list)):
@@ -100,18 +109,20 @@ def _parse_change(text, scene):
     return None
 
 
-def _keep_letters(value):
+def _keep_letters(value: object) -> str:
     return re.sub(r"[\W_]", "", str(value))
 
 
-def _format_block(block):
+def _format_block(block: Any) -> Any:
     """A value, or the word for a block."""
     if isinstance(block, dict):
         return next((block[tag] for tag in TAGS if tag in block), None)
     return ", ".join(map(str, block)) if isinstance(block, list) else block
 
 
-def _iterate_entries(block, path=""):
+def _iterate_entries(
+    block: dict[str, Any] | list[Any], path: str = ""
+) -> Iterator[tuple[str, Any]]:
     """(path, value) of all values of a scene that say what is simulated."""
     for key, value in block.items() if isinstance(block, dict) else enumerate(block):
         inner = f"{path}.{key}".lstrip(".")
@@ -123,6 +134,6 @@ def _iterate_entries(block, path=""):
             yield inner, value
 
 
-def _format_replica(folder, changes):
+def _format_replica(folder: str, changes: Sequence[str]) -> list[str]:
     number = re.fullmatch(r"replica_(\d+)", folder)
     return [f"replica {number[1]}"] if number and changes else []

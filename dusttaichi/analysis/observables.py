@@ -1,8 +1,13 @@
 """Observables: numbers by which two runs of one scene are compared."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.analysis.compression import measure_compression_curve
 from dusttaichi.analysis.ledger import sum_losses_by_channel
@@ -10,18 +15,22 @@ from dusttaichi.analysis.numbers import Observable, index_observables
 from dusttaichi.analysis.summary import summarise
 from dusttaichi.physics.contact.effect_numbers import CHANNELS, EXTRA_CHANNELS
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
+
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
 
 
-def _sum_last_record(*names):
+def _sum_last_record(*names: str) -> Callable[[Run], float]:
     """Sum of variables of the series in the last record."""
     return lambda run: float(
         sum(np.nansum(run.series[name].values[-1]) for name in names if name in run.series)
     )
 
 
-def _read_final_losses(run):
+def _read_final_losses(run: Run) -> dict[str, float]:
     """Channel -> energy lost until the last record [J]."""
     return {name: float(loss[-1]) for name, loss in sum_losses_by_channel(run.series).items()}
 
@@ -53,7 +62,7 @@ ENERGIES = tuple(
 )
 
 
-def rank_observables():
+def rank_observables() -> list[Observable]:
     """Numbers of the registry by which runs are compared, the most wanted first.
 
     The curve of a compression precedes them all.
@@ -64,14 +73,17 @@ def rank_observables():
     )
 
 
-def describe_observable(name):
+def describe_observable(name: str) -> tuple[str, str]:
     """(description, unit) of an observable."""
     if name == CURVE:
         return "rms distance of phi(P) from the reference", "1"
     for number in (*rank_observables(), *ENERGIES):
         if name == (number.trade_name or number.name):
-            return number.about or number.title, number.unit
+            return number.about or number.title, number.unit or ""
     return name, "1"  # of a method or an extension that is not installed
+
+
+LoadingCurve = tuple[list[float], list[float]]  # (lg P [Pa], filling factor), (bins,) each
 
 
 @dataclass(frozen=True)
@@ -82,16 +94,16 @@ class ObservableValues:
     (`Curve.monotone`), or None.
     """
 
-    values: dict
-    curve: tuple | None = None
+    values: dict[str, float]
+    curve: LoadingCurve | None = None
 
     @property
-    def names(self):
+    def names(self) -> list[str]:
         """Names of its observables, the most wanted first."""
         return ([CURVE] if self.curve is not None else []) + list(self.values)
 
 
-def measure_observables(run):
+def measure_observables(run: Run) -> ObservableValues:
     """Observables of a Run: its numbers of `rank_observables`, else ENERGIES; and its curve."""
     numbers = summarise(run)
     curve = measure_compression_curve(run).monotone() if run.compresses else None
@@ -102,14 +114,16 @@ def measure_observables(run):
     )
     if not values and curve is None and len(run.series.time):
         values = _select_finite({number.name: number.evaluate(run) for number in ENERGIES})
-    return ObservableValues(values, curve and tuple(c.tolist() for c in curve))
+    return ObservableValues(values, curve and (curve[0].tolist(), curve[1].tolist()))
 
 
-def _select_finite(numbers):
+def _select_finite(numbers: Mapping[str, Any]) -> dict[str, float]:
     return {n: float(v) for n, v in numbers.items() if v is not None and np.isfinite(v)}
 
 
-def resample_curves(curves):
+def resample_curves(
+    curves: Sequence[LoadingCurve],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Curves (lg P, phi) at GRID common pressures: (lg P, (curves, GRID)); None without any."""
     low, high = max(c[0][0] for c in curves), min(c[0][-1] for c in curves)
     if not high > low:
@@ -118,7 +132,9 @@ def resample_curves(curves):
     return grid, np.array([np.interp(grid, *c) for c in curves])
 
 
-def compute_differences(observables, reference):
+def compute_differences(
+    observables: ObservableValues, reference: ObservableValues
+) -> dict[str, tuple[float, float]]:
     """Name -> (value, error) of ObservableValues against the reference; nan for a missing number.
 
     The error of a number is |value - reference value| / |reference value|. For a reference of 0 (a
@@ -141,10 +157,11 @@ def compute_differences(observables, reference):
     return errors_by_name
 
 
-def _compare_curves(observables, reference):
-    resampled = (
-        None if observables.curve is None else resample_curves([observables.curve, reference.curve])
-    )
+def _compare_curves(
+    observables: ObservableValues, reference: ObservableValues
+) -> tuple[float, float]:
+    curves = [curve for curve in (observables.curve, reference.curve) if curve is not None]
+    resampled = resample_curves(curves) if len(curves) == 2 else None
     if resampled is None:
         return np.nan, np.nan
     phi, expected = resampled[1]
@@ -152,7 +169,7 @@ def _compare_curves(observables, reference):
     return rms, rms / float(expected.mean())
 
 
-def _divide_by_reference(difference, expected, units):
+def _divide_by_reference(difference: float, expected: float, units: str) -> float:
     if expected != 0.0:
         return difference / abs(expected)
     if units == "1":
@@ -160,7 +177,9 @@ def _divide_by_reference(difference, expected, units):
     return np.inf if difference > 0.0 else difference
 
 
-def measure_scatter(runs, reference):
+def measure_scatter(
+    runs: Sequence[ObservableValues], reference: ObservableValues
+) -> dict[str, float]:
     """Name -> standard deviation (n - 1) of observables of several seeds, over the reference value.
 
     For CURVE it is the root of the mean variance over the pressures that all reach, over the mean
@@ -185,7 +204,7 @@ def measure_scatter(runs, reference):
     return out
 
 
-def find_pareto_front(cost, error) -> list[int]:
+def find_pareto_front(cost: ArrayLike, error: ArrayLike) -> list[int]:
     """Numbers of the points of the Pareto front of cost and error, by growing cost.
 
     Parameters
@@ -199,4 +218,5 @@ def find_pareto_front(cost, error) -> list[int]:
     finite = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
     order = finite[np.lexsort((error[finite], cost[finite]))]
     best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
-    return order[error[order] < best].tolist()
+    front: list[int] = order[error[order] < best].tolist()
+    return front

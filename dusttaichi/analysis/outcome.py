@@ -5,11 +5,22 @@ the growth efficiency. `DEFINITIONS` has the outcomes of bodies that have touche
 not are "not met yet", or "passed by", where each moves on as a fragment of its own.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.fragments import compute_growth_efficiency, find_fragments
 from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.analysis.restitution import UNTOUCHED, are_stuck_together, compute_relative_motion
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.fragments import Bodies, Body, Fragments
+    from dusttaichi.analysis.run import Run
+
 
 WHOLE = 0.95  #: Share of the mass of a body from which it counts as whole.
 HALF = 0.5  #: Share of the target's mass below which the largest fragment means fragmentation.
@@ -31,13 +42,13 @@ DEFINED = {"outcome", "growth efficiency"}  # headings of columns that the page 
 NOT_MET, PASSED = "not met yet", "passed by"
 
 
-def format_definition_line(headings):
+def format_definition_line(headings: Iterable[str]) -> str:
     """Line that links a table to the definitions, "" for one without a column of DEFINED."""
     names = [name for name in headings if name in DEFINED]
     return f"{' and '.join(names)}: defined in {PAGE}" if names else ""
 
 
-def determine_outcome(run, fragments, bodies):
+def determine_outcome(run: Run, fragments: Fragments, bodies: Bodies) -> str:
     """Name of the outcome, of the Fragments of the last snapshot and two bodies (grain numbers)."""
     masses = read_grain_masses(run)
     return explain_missing_contact(run, fragments, bodies, masses) or classify_outcome(
@@ -45,7 +56,7 @@ def determine_outcome(run, fragments, bodies):
     )
 
 
-def classify_outcome(fragments, masses, bodies):
+def classify_outcome(fragments: Fragments, masses: NDArray[np.float64], bodies: Bodies) -> str:
     """Name of the outcome of two bodies (grain numbers) that have touched.
 
     fragments: the Fragments afterwards. masses: of the grains [kg], (N,).
@@ -61,7 +72,9 @@ def classify_outcome(fragments, masses, bodies):
     return "mass transfer" if grown else _name_erosion(fragments, target)
 
 
-def explain_missing_contact(run, fragments, bodies, masses):
+def explain_missing_contact(
+    run: Run, fragments: Fragments, bodies: Bodies, masses: NDArray[np.float64]
+) -> str:
     """NOT_MET or PASSED for bodies that have not touched until the last snapshot, else ""."""
     if len(fragments) != 2 or are_stuck_together(fragments, bodies):
         return ""
@@ -74,9 +87,9 @@ def explain_missing_contact(run, fragments, bodies, masses):
     return NOT_MET if end[0] @ end[1] < 0.0 else PASSED
 
 
-def has_settled(run):
+def has_settled(run: Run) -> bool:
     """True where the last two snapshots have the same fragments, by number and largest mass."""
-    if run.snapshots.sizes["snapshot"] < 3:  # too few to compare
+    if run.snapshot_count < 3:  # too few to compare
         return True
     last, previous = find_fragments(run, -1), find_fragments(run, -2)
     return len(last) == len(previous) and bool(
@@ -84,16 +97,15 @@ def has_settled(run):
     )
 
 
-def _name_erosion(fragments, target):
+def _name_erosion(fragments: Fragments, target: float) -> str:
     return "erosion" if fragments.mass[0] >= HALF * target else "fragmentation"
 
 
-def _is_intact(fragments, masses, body):
+def _is_intact(fragments: Fragments, masses: NDArray[np.float64], body: Body) -> bool:
     """True where a body is a separate fragment that has lost and gained little mass."""
     body_mass_by_fragment = np.bincount(
         fragments.label[body], masses[body], minlength=len(fragments)
     )
     largest, mass = int(np.argmax(body_mass_by_fragment)), masses[body].sum()
-    return (
-        body_mass_by_fragment[largest] >= WHOLE * mass and fragments.mass[largest] <= mass / WHOLE
-    )
+    is_kept = body_mass_by_fragment[largest] >= WHOLE * mass
+    return bool(is_kept and fragments.mass[largest] <= mass / WHOLE)

@@ -3,14 +3,22 @@
 Its motion, the force on it and the filling factor below it.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import find_surface
 from dusttaichi.analysis.stopping import Stop, find_first_stop
 from dusttaichi.errors import DustError
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
 
@@ -19,10 +27,10 @@ WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over i
 class Penetration:
     """Motion of a sphere into dust, SI, from where its lowest point is at `surface`."""
 
-    time: np.ndarray  #: (n,).
-    depth: np.ndarray  #: Depth of its lowest point below the surface, (n,).
-    velocity: np.ndarray  #: Upwards, (n,).
-    force: np.ndarray  #: Upwards, (n,): from the result, or mass times acceleration.
+    time: NDArray[np.float64]  #: (n,).
+    depth: NDArray[np.float64]  #: Depth of its lowest point below the surface, (n,).
+    velocity: NDArray[np.float64]  #: Upwards, (n,).
+    force: NDArray[np.float64]  #: Upwards, (n,): from the result, or mass times acceleration.
     radius: float  #: Radius of the sphere.
     mass: float  #: Mass of the sphere.
     surface: float  #: Height of the upper end of the dust at the start.
@@ -30,7 +38,7 @@ class Penetration:
     stop: Stop | None  #: Stop, or None where the run ends before.
 
 
-def measure_penetration(run):
+def measure_penetration(run: Run) -> Penetration:
     """Penetration of a sphere into grains, or of a rigid body into the continuum.
 
     Raises
@@ -67,7 +75,15 @@ def measure_penetration(run):
     )
 
 
-def _read_motion(run):
+def _read_motion(
+    run: Run,
+) -> tuple[
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    tuple[float, float],
+]:
     """time (n,), position, velocity, force (n, 3) of the sphere, and (radius, mass), SI."""
     series = run.whole.series
     time = series.time.values
@@ -91,12 +107,12 @@ class Column:
     """Filling factor of an upright cylinder below a sphere in horizontal slices."""
 
     #: Depth of the middles of the slices below the initial surface [m], (bins,).
-    depth: np.ndarray
-    filling_factor: np.ndarray  #: (bins,).
+    depth: NDArray[np.float64]
+    filling_factor: NDArray[np.float64]  #: (bins,).
     sphere: float  #: Depth of the lowest point of the sphere [m].
 
 
-def measure_column(run, snapshot=-1) -> Column:
+def measure_column(run: Run, snapshot: int = -1) -> Column:
     """Filling factor below the sphere in a snapshot.
 
     The cylinder has WIDTH radii of the sphere, a slice SLICE of them. Grains count with their
@@ -109,7 +125,10 @@ def measure_column(run, snapshot=-1) -> Column:
     snapshot : int
     """
     motion = measure_penetration(run)
-    frames = run.snapshots.isel(snapshot=snapshot)
+    frames = run.snapshots
+    if frames is None:
+        raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
+    frames = frames.isel(snapshot=snapshot)
     if "sphere_position" in frames:
         position = frames.sphere_position.values
     else:

@@ -1,7 +1,11 @@
 """Numbers of runs and sweeps as plain data for JSON; see docs/results.md."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, is_dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,16 +13,27 @@ from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis.kind import add_draft_reason
 from dusttaichi.analysis.numbers import families, index_observables
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.numbers.number_registry import Observable, Statistics
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.analysis.texts import TextColumn
+
+
 SCHEMA = 1  #: Version of the layout, raised by every change except a further entry.
 
 
-def convert_runs(runs):
+def convert_runs(runs: Sequence[Run]) -> dict[str, Any]:
     """Every number that Runs have, as plain data."""
     return {"schema": SCHEMA, "runs": [_describe_run(run) for run in runs]}
 
 
-def _describe_run(run):
-    entries, values, rows, problems = {}, {}, {}, []
+def _describe_run(run: Run) -> dict[str, Any]:
+    entries: dict[str, Any] = {}
+    values: dict[str, Any] = {}
+    rows: dict[str, Observable] = {}
+    problems: list[dict[str, str]] = []
     for family in families(run.method):
         family_values, failed = family.evaluate(run)
         problems += [{"what": title, "why": error} for title, error in failed]
@@ -46,7 +61,7 @@ def _describe_run(run):
     }
 
 
-def convert_ensemble(data):
+def convert_ensemble(data: xr.Dataset) -> dict[str, Any]:
     """The numbers of a dataset of `gather`, an ensemble or a sweep, at each of its points."""
     axes, rows = tables.axes_of(data), index_observables()
     keys = [tables.key_of(data, axis) for axis in axes]
@@ -73,14 +88,16 @@ def convert_ensemble(data):
     }
 
 
-def _describe_statistics(row, columns, lines, problem):
+def _describe_statistics(
+    row: Statistics, columns: Sequence[TextColumn], lines: Sequence[str], problem: str
+) -> dict[str, Any]:
     """Table of a Statistics, whose columns have a header and a text for each row."""
-    columns = [{"header": header, "texts": list(texts)} for header, texts in columns]
-    table = {"name": row.name, "title": row.title, "columns": columns, "lines": lines}
+    described = [{"header": header, "texts": list(texts)} for header, texts in columns]
+    table = {"name": row.name, "title": row.title, "columns": described, "lines": lines}
     return table | ({"why": problem} if problem else {})
 
 
-def _describe_number(values, rows):
+def _describe_number(values: xr.DataArray, rows: Mapping[str, Observable]) -> dict[str, Any]:
     """A number at a point of a sweep, over all its replicas."""
     number = rows.get(str(values.name).removeprefix("final_"))
     finite_values = values.values[np.isfinite(values.values)]
@@ -94,14 +111,15 @@ def _describe_number(values, rows):
     }
 
 
-def convert_dataset(data):
+def convert_dataset(data: xr.Dataset) -> dict[str, Any]:
     """A dataset as `xarray.Dataset.from_dict` reads it; numbers that are not finite are None."""
-    return convert_value(data.to_dict(data="list"))
+    document: dict[str, Any] = convert_value(data.to_dict(data="list"))
+    return document
 
 
-def convert_value(value):
+def convert_value(value: Any) -> Any:
     """A value as JSON allows it: None for a number that is not finite."""
-    if is_dataclass(value):
+    if is_dataclass(value) and not isinstance(value, type):
         return convert_value(asdict(value))
     if isinstance(value, np.ndarray):
         return convert_value(value.tolist())

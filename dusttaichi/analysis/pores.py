@@ -6,14 +6,23 @@ random steps of decreasing length, accepts those that make it larger, and always
 A point is then assigned the largest of all these spheres that contains it.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import nearest_image
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 POINTS = 4_000  # random points of the cell
 STEPS = 150  # of each search
@@ -31,28 +40,28 @@ class Pores:
     """Pores of a snapshot."""
 
     void: float  #: Share of the volume outside of grains.
-    radius: np.ndarray  #: [m], (RADII,), rising from 0.
-    share: np.ndarray  #: Share of the void in pores of at least that radius, (RADII,).
+    radius: NDArray[np.float64]  #: [m], (RADII,), rising from 0.
+    share: NDArray[np.float64]  #: Share of the void in pores of at least that radius, (RADII,).
     largest: float  #: Radius of the largest pore [m].
     points: int = POINTS  #: Random points of the cell.
 
     @property
-    def void_error(self):
+    def void_error(self) -> float:
         """Standard error of `void`, as the points are random."""
         return float(np.sqrt(self.void * (1.0 - self.void) / self.points))
 
     @property
-    def share_error(self):
+    def share_error(self) -> float:
         """Largest standard error of `share`, that of a half."""
-        return 0.5 / np.sqrt(max(self.void * self.points, 1.0))
+        return float(0.5 / np.sqrt(max(self.void * self.points, 1.0)))
 
     @property
-    def median(self):
+    def median(self) -> float:
         """Radius [m] such that pores at least as large make up half of the void."""
         return float(np.interp(-0.5, -self.share, self.radius))
 
 
-def measure_pores(run, snapshot=-1) -> Pores:
+def measure_pores(run: Run, snapshot: int = -1) -> Pores:
     """Pore sizes in a snapshot of a run.
 
     Parameters
@@ -68,7 +77,7 @@ def measure_pores(run, snapshot=-1) -> Pores:
     return measure_frame_pores(read_frame(run, snapshot, contacts=False))
 
 
-def measure_frame_pores(frame, points=POINTS):
+def measure_frame_pores(frame: Frame, points: int = POINTS) -> Pores:
     """The Pores of a Frame from that many random points.
 
     Raises DustError where the boundary is open along an axis, or the cell is sheared.
@@ -87,7 +96,9 @@ def measure_frame_pores(frame, points=POINTS):
     return Pores(len(x) / points, radius, fraction, largest, points)
 
 
-def _search_pore_radii(frame, surfaces, points, rng):
+def _search_pore_radii(
+    frame: Frame, surfaces: Surfaces, points: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
     """Radii of the largest spheres that contain the points, (P,) [m]."""
     centre, mean_radius = points.copy(), frame.radius.mean()
     radius, grain = surfaces.find_nearest(centre)
@@ -106,7 +117,12 @@ def _search_pore_radii(frame, surfaces, points, rng):
     return _enlarge_to_containing_spheres(frame, points, centre, radius)
 
 
-def _enlarge_to_containing_spheres(frame, points, centre, radius):
+def _enlarge_to_containing_spheres(
+    frame: Frame,
+    points: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    radius: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """Radii of the largest of all these spheres that contains each point, (P,) [m]."""
     order = np.argsort(-radius)
     centre, falling, result = centre[order], radius[order], radius.copy()
@@ -122,7 +138,7 @@ def _enlarge_to_containing_spheres(frame, points, centre, radius):
 class Surfaces:
     """Surfaces of the grains of a Frame and of its walls; trees of the grains are made once."""
 
-    def __init__(self, frame):
+    def __init__(self, frame: Frame) -> None:
         self._edges, self._periodic, self._radius = frame.edges, frame.periodic, frame.radius
         self._x = x = wrap_into_cell(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
         box = np.where(frame.periodic, frame.edges, 0.0)
@@ -135,14 +151,16 @@ class Surfaces:
             )
             self._trees.append((tree, group, [*range(1, near + 1)]))
 
-    def distances(self, points, walls=True):
+    def distances(self, points: NDArray[np.float64], walls: bool = True) -> NDArray[np.float64]:
         """Distance of points to the nearest surface [m], (P,), below 0 inside of a grain.
 
         points: (P, 3), from the corner of the cell. walls: whether they count as surfaces.
         """
         return self.find_nearest(points, walls)[0]
 
-    def find_nearest(self, points, walls=True):
+    def find_nearest(
+        self, points: NDArray[np.float64], walls: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """(`distances` of points, numbers of the grains that are nearest to them)."""
         edges, closed = self._edges, ~self._periodic
         wrapped = wrap_into_cell(points, edges, self._periodic)
@@ -162,7 +180,9 @@ class Surfaces:
             nearest = np.minimum(nearest, sides)
         return nearest, grain
 
-    def distances_to(self, grains, points):
+    def distances_to(
+        self, grains: NDArray[np.int64], points: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Distance of each point to the nearest surface of some grains [m], (P,).
 
         grains: their numbers (P, n).
@@ -173,13 +193,15 @@ class Surfaces:
         return (distance - self._radius[grains]).min(axis=1)
 
 
-def wrap_into_cell(x, edges, periodic):
+def wrap_into_cell(
+    x: NDArray[np.float64], edges: NDArray[np.float64], periodic: NDArray[np.bool_]
+) -> NDArray[np.float64]:
     """Points at their images in the cell."""
     x = np.where(periodic, np.mod(x, edges), x)
     return np.where(periodic & (x >= edges), 0.0, x)  # rounded to the far face
 
 
-def _group_similar_radii(radius):
+def _group_similar_radii(radius: NDArray[np.float64]) -> list[NDArray[np.intp]]:
     """Groups of grains (lists of their numbers) whose radii differ little."""
     edges = np.geomspace(radius.min(), radius.max() * (1 + 1e-9), BINS + 1)
     bin_of_grain = np.clip(np.searchsorted(edges, radius, "right") - 1, 0, BINS - 1)

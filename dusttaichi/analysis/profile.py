@@ -1,14 +1,23 @@
 """Vertical profiles of the filling factor (S12 Fig 5)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 EDGE = 2.0  #: Grain diameters beside the bottom and the top wall that the inner part leaves out.
 
 
-def read_profiles(run, max_count=None) -> xr.Dataset:
+def read_profiles(run: Run, max_count: int | None = None) -> xr.Dataset:
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
     Variables are those of the file, and `middle` (profile, bin) [m]: the middle of the part of the
@@ -41,7 +50,7 @@ def read_profiles(run, max_count=None) -> xr.Dataset:
     return profiles.isel(profile=selected)
 
 
-def join_cut_bins(profiles):
+def join_cut_bins(profiles: xr.Dataset) -> xr.Dataset:
     """Profiles with a bin that the top wall cuts below its half joined to the bin below.
 
     Too few grains are in such a bin for a filling factor. xr.Dataset with filling_factor and middle
@@ -64,7 +73,7 @@ def join_cut_bins(profiles):
     return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))
 
 
-def average_inner_filling_factor(profiles) -> np.ndarray:
+def average_inner_filling_factor(profiles: xr.Dataset) -> NDArray[np.float64]:
     """Filling factor between EDGE grain diameters above the bottom and below the top, (profiles,).
 
     profiles: of a Run; a bin is one grain diameter high, and counts with its part in between. Not a
@@ -78,4 +87,6 @@ def average_inner_filling_factor(profiles) -> np.ndarray:
     is_number = ~np.isnan(phi)
     total = np.einsum("pb,bp->p", np.where(is_number, phi, 0.0), inside)
     weight = np.einsum("pb,bp->p", is_number, inside)
-    return np.divide(total, weight, out=np.full(len(weight), np.nan), where=weight > 0.0)
+    mean = np.full(len(weight), np.nan)
+    np.divide(total, weight, out=mean, where=weight > 0.0)
+    return mean

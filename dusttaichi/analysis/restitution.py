@@ -1,13 +1,23 @@
 """Two colliding bodies, or one and a wall: motion, angular momenta, coefficient of restitution."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.fragments import find_fragments, find_two_fragments
 from dusttaichi.analysis.frame import count_frames, read_frame, read_grain_masses
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, are_in_same_fragment
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.fragments import Bodies, Body, Fragments
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 UNTOUCHED = 1e-5
 """Relative change of the relative velocity below which two bodies have not touched: above the
@@ -21,15 +31,18 @@ class Restitution:
     approach_speed: float  #: Speed of approach of the centres of mass along the normal [m/s].
     separation_speed: float  #: Speed of separation afterwards [m/s]; negative: still approaching.
     sticks: bool  #: True if the two stay together.
-    normal: np.ndarray  #: Unit vector from the second body, or the wall, to the first, (3,).
+    #: Unit vector from the second body, or the wall, to the first, (3,).
+    normal: NDArray[np.float64]
 
     @property
-    def coefficient(self):
+    def coefficient(self) -> float:
         """e = after over before; 0 where the two stick."""
         return 0.0 if self.sticks else self.separation_speed / self.approach_speed
 
 
-def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
+def measure_restitution(
+    run: Run, first: int = 0, last: int = -1, bodies: Bodies | None = None
+) -> Restitution:
     """Restitution of two bodies between two snapshots of a run.
 
     A body consists of the same grains before and after the collision. The normal is the line
@@ -78,14 +91,16 @@ def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     return result
 
 
-def are_stuck_together(fragments, bodies):
+def are_stuck_together(fragments: Fragments, bodies: Bodies) -> bool:
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
     return are_in_same_fragment(
         fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies
     )
 
 
-def compute_relative_motion(run, snapshot, bodies, masses):
+def compute_relative_motion(
+    run: Run, snapshot: int, bodies: Bodies, masses: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Relative position [m] and velocity [m/s] of the centres of mass of two bodies, (2, 3).
 
     bodies: grain numbers. masses: of the grains [kg], (N,).
@@ -97,7 +112,9 @@ def compute_relative_motion(run, snapshot, bodies, masses):
     return np.stack([_compute_separation(frame, first_body, second_body, masses), velocity])
 
 
-def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
+def measure_wall_restitution(
+    run: Run, wall: str = "bottom", first: int = 0, last: int = -1
+) -> Restitution:
     """Restitution of all grains on a wall between two snapshots of a run.
 
     Speeds are relative to the wall, which may move. The grains stick where one of them is in
@@ -130,7 +147,7 @@ def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitutio
     touching = run.contacts(end.number, "wall_contacts")
     sticks = (touching.wall.values == side).any()
 
-    def separation(snapshot):
+    def separation(snapshot: Frame) -> float:
         velocity = _compute_velocity(snapshot, body, masses)[axis]
         return float(sign * (velocity - _compute_wall_velocity(run, snapshot, side)))
 
@@ -142,7 +159,13 @@ def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitutio
     return result
 
 
-def _check_approach(run, approach_speed, separation_speed, sticks, normal):
+def _check_approach(
+    run: Run,
+    approach_speed: float,
+    separation_speed: float,
+    sticks: bool,
+    normal: NDArray[np.float64],
+) -> Restitution:
     if not approach_speed > 0.0:
         raise DustError(
             f"{run.path}: the bodies do not approach each other in the first snapshot taken "
@@ -151,33 +174,38 @@ def _check_approach(run, approach_speed, separation_speed, sticks, normal):
     return Restitution(approach_speed, separation_speed, sticks, normal)
 
 
-def _compute_separation(frame, first_body, second_body, masses):
+def _compute_separation(
+    frame: Frame, first_body: Body, second_body: Body, masses: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Vector from the centre of mass of the second body to the first [m], (3,), nearest image."""
     return frame.nearest(
         _compute_centre(frame, first_body, masses) - _compute_centre(frame, second_body, masses)
     )
 
 
-def _compute_centre(frame, body, masses):
+def _compute_centre(frame: Frame, body: Body, masses: NDArray[np.float64]) -> NDArray[np.float64]:
     origin = frame.position[body[0]]  # a body is smaller than half a periodic cell
     offset = frame.nearest(frame.position[body] - origin)
-    return origin + np.average(offset, axis=0, weights=masses[body])
+    centre: NDArray[np.float64] = origin + np.average(offset, axis=0, weights=masses[body])
+    return centre
 
 
-def _compute_velocity(frame, body, masses):
-    return np.average(frame.velocity[body], axis=0, weights=masses[body])
+def _compute_velocity(frame: Frame, body: Body, masses: NDArray[np.float64]) -> NDArray[np.float64]:
+    velocity: NDArray[np.float64] = np.average(frame.velocity[body], axis=0, weights=masses[body])
+    return velocity
 
 
-def _compute_wall_velocity(run, frame, side):
+def _compute_wall_velocity(run: Run, frame: Frame, side: int) -> float:
     """Speed of the wall along its axis [m/s], from the snapshots before and after this one."""
     low = read_frame(run, max(frame.number - 1, 0), False)
     high = read_frame(run, min(frame.number + 1, count_frames(run) - 1), False)
     if high.time == low.time:
         return 0.0
-    return (high.cell.ravel()[side] - low.cell.ravel()[side]) / (high.time - low.time)
+    shift = high.cell.ravel()[side] - low.cell.ravel()[side]
+    return float(shift / (high.time - low.time))
 
 
-def compute_orbital_momentum(run):
+def compute_orbital_momentum(run: Run) -> NDArray[np.float64]:
     """Angular momentum of the centres of two bodies about the common one [kg m^2/s], (times, 3).
 
     Raises
@@ -191,4 +219,6 @@ def compute_orbital_momentum(run):
     masses = read_grain_masses(run)
     mass = np.array([masses[grains].sum() for grains in run.bodies()])
     x, v = series.body_position.values, series.body_velocity.values
-    return mass.prod() / mass.sum() * np.cross(x[:, 0] - x[:, 1], v[:, 0] - v[:, 1])
+    moment = np.cross(x[:, 0] - x[:, 1], v[:, 0] - v[:, 1])
+    momentum: NDArray[np.float64] = mass.prod() / mass.sum() * moment
+    return momentum

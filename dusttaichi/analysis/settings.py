@@ -1,26 +1,36 @@
 """Settings of the scenes of runs, for comparisons."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.summary import format_value
 
-DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressure", "stress")
-DRIVES += ("shear_speed", "shear_rate")
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
 
-def look_up(scene, path):
+DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressure", "stress",
+          "shear_speed", "shear_rate")  # fmt: skip
+
+
+def look_up(scene: Mapping[str, Any], path: str) -> Any:
     """Value of a scene (plain dicts) at a path such as "numerics.spacing", or ""."""
+    value: Any = scene
     for key in path.split("."):
-        scene = scene.get(key, "") if isinstance(scene, dict) else ""
-    return scene
+        value = value.get(key, "") if isinstance(value, dict) else ""
+    return value
 
 
-def _read_modifier(effect):
+def _read_modifier(effect: Any) -> Any:
     return effect.get("modifier") if isinstance(effect, dict) else effect
 
 
-def _read_grain_settings(run):
+def _read_grain_settings(run: Run) -> dict[str, Any]:
     scene = run.scene
     return {
         "damping": look_up(scene, "interaction.damping.model"),
@@ -32,10 +42,10 @@ def _read_grain_settings(run):
     }
 
 
-def _format_drives(scene):
+def _format_drives(scene: Mapping[str, Any]) -> str:
     """Text of the drive of a scene, of each stage if it has stages."""
     stages = scene.get("stages") or [{"drive": scene.get("boundary", {})}]
-    texts = []
+    texts: list[str] = []
     for stage in stages:
         drive = stage.get("drive") or {}
         moved = [

@@ -1,8 +1,11 @@
 """First stop of a body that penetrates into dust, of grains or of a continuum (G09)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -16,10 +19,12 @@ class Stop:
     time: float
     depth: float
     rms: float
-    normalised: np.ndarray
+    normalised: NDArray[np.float64]
 
 
-def find_first_stop(time, height, velocity):
+def find_first_stop(
+    time: NDArray[np.float64], height: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> Stop | None:
     """The Stop of a trajectory, (n,) each: the first v >= 0, interpolated linearly, or None."""
     up = np.flatnonzero(velocity >= 0.0)
     up = up[up > 0]

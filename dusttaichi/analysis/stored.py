@@ -1,5 +1,8 @@
 """Files with the datasets of many runs: of a trade, an ensemble, a sweep, a study of collisions."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -26,7 +29,7 @@ LISTED = 6  # largest number of runs that a message names
 BELOW = ("*/", "*/*/")  # where the runs of a study are: points, and their replicas
 
 
-def find_stored(path, names):
+def find_stored(path: str | Path, names: Sequence[str]) -> Path | None:
     """The file of one of `names` at a path, or in its directory if that has no result; or None."""
     path = Path(path)
     if path.name in names:
@@ -35,14 +38,14 @@ def find_stored(path, names):
     return files[0] if files and not (path / "result.nc").exists() else None
 
 
-def read_stored(file, description, required):
+def read_stored(file: str | Path, description: str, required: Sequence[str]) -> xr.Dataset:
     """The dataset of a file, in memory. Raises DustError where it cannot be read.
 
     description: such as "a trade", for messages. required: variables that it must have.
     """
     try:
-        with open_netcdf(file, partial(xr.open_dataset, engine="netcdf4")) as data:
-            data = data.load()
+        with open_netcdf(file, partial(xr.open_dataset, engine="netcdf4")) as opened:
+            data: xr.Dataset = opened.load()
     except (OSError, ValueError, RuntimeError) as error:
         raise DustError(f"{file} cannot be read as {description}: {error}.") from error
     if not set(required) <= {*data.variables, *data.attrs}:
@@ -50,12 +53,12 @@ def read_stored(file, description, required):
     return data
 
 
-def is_trade(path):
+def is_trade(path: str | Path) -> bool:
     """True where a path is a trade.nc, or a directory with one and no result."""
     return find_stored(path, TRADES) is not None
 
 
-def open_trade(path):
+def open_trade(path: str | Path) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of a trade.nc or its directory, read into memory.
 
     Raises
@@ -66,12 +69,12 @@ def open_trade(path):
     return _open(path, TRADES, "a trade", ("cost_ratio", "error"))
 
 
-def is_ensemble(path):
+def is_ensemble(path: str | Path) -> bool:
     """True where a path is a sweep.nc or an ensemble.nc, or a directory of one and no result."""
     return find_stored(path, ENSEMBLES) is not None
 
 
-def open_ensemble(path):
+def open_ensemble(path: str | Path) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of an ensemble.nc, a sweep.nc or its directory.
 
     Bundled extensions of its scene are imported, as by `open_run`.
@@ -87,12 +90,12 @@ def open_ensemble(path):
     return data, file
 
 
-def is_collisions(path):
+def is_collisions(path: str | Path) -> bool:
     """True where a path is a collisions.nc, or a directory with one and no result."""
     return find_stored(path, COLLISIONS) is not None
 
 
-def open_collisions(path):
+def open_collisions(path: str | Path) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of a collisions.nc or its directory; bundled extensions are imported.
 
     Raises
@@ -106,12 +109,12 @@ def open_collisions(path):
     return data, file
 
 
-def is_restitution_map(path):
+def is_restitution_map(path: str | Path) -> bool:
     """True where a path is a restitution.nc, or a directory with one and no result."""
     return find_stored(path, MAPS) is not None
 
 
-def open_restitution_map(path):
+def open_restitution_map(path: str | Path) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of a restitution.nc or its directory.
 
     Raises
@@ -122,13 +125,15 @@ def open_restitution_map(path):
     return _open(path, MAPS, "a map of restitution", ("restitution", "bound", "speed"))
 
 
-def _open(path, names, description, required):
+def _open(
+    path: str | Path, names: Sequence[str], description: str, required: Sequence[str]
+) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of a stored dataset of one of these file names, or of its directory."""
     file = find_stored(path, names) or Path(path)
     return read_stored(file, description, required), file
 
 
-def explain_missing_result(path):
+def explain_missing_result(path: str | Path) -> DustError:
     """The DustError about a path without a result: which study and runs are in a directory."""
     folder = Path(path)
     if not folder.is_dir():
@@ -151,7 +156,7 @@ def explain_missing_result(path):
     return DustError(text)
 
 
-def _explain_opening(folder, study):
+def _explain_opening(folder: Path, study: str) -> str:
     """Sentence with the commands, and the function of Python, for the file of a study."""
     commands = []
     if study not in ("extremes.nc", "study.nc"):

@@ -1,13 +1,22 @@
 """Structure of a snapshot: directions and forces of contacts, neighbours, distances of grains."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.analysis.pores import wrap_into_cell
 from dusttaichi.errors import DustError
 from dusttaichi.physics.near import near
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 BINS = 60  #: Bins of the pair correlation, up to FARTHEST diameters.
 FARTHEST = 5.0
@@ -20,25 +29,27 @@ class Structure:
 
     #: Mean of n n over the contacts, (3, 3), with the unit vector n between the centres: a third of
     #: the unit matrix if isotropic.
-    fabric: np.ndarray
-    normal: np.ndarray  #: These vectors, (C, 3).
-    coordination: np.ndarray  #: Share of the grains that touch 0, 1, ... K - 1 others, (K,).
-    normal_force: np.ndarray  #: Positive for repulsion [N], (C,); empty if the file has none.
-    distance: np.ndarray  #: Middles of the bins in mean diameters, (BINS,).
+    fabric: NDArray[np.float64]
+    normal: NDArray[np.float64]  #: These vectors, (C, 3).
+    #: Share of the grains that touch 0, 1, ... K - 1 others, (K,).
+    coordination: NDArray[np.float64]
+    #: Positive for repulsion [N], (C,); empty if the file has none.
+    normal_force: NDArray[np.float64]
+    distance: NDArray[np.float64]  #: Middles of the bins in mean diameters, (BINS,).
     #: g(r), grains at that distance from a grain over the number expected from the mean density,
     #: (BINS,); NaN unless walls or periodic faces bound all axes, or in a sheared cell.
-    correlation: np.ndarray
+    correlation: NDArray[np.float64]
     #: Standard error of `correlation`, (BINS,): 0 unless the centres are CENTRES random grains.
-    correlation_error: np.ndarray
+    correlation_error: NDArray[np.float64]
 
     @property
-    def anisotropy(self):
+    def anisotropy(self) -> float:
         """Largest less smallest eigenvalue of the fabric tensor: 0 if isotropic."""
         values = np.linalg.eigvalsh(self.fabric)
         return float(values[-1] - values[0])
 
 
-def measure_structure(run, snapshot=-1) -> Structure:
+def measure_structure(run: Run, snapshot: int = -1) -> Structure:
     """Structure of the contacts in a snapshot of a run.
 
     Parameters
@@ -57,7 +68,8 @@ def measure_structure(run, snapshot=-1) -> Structure:
         raise DustError(f"Snapshot {snapshot} of {run.path} has no contacts.")
     branch = frame.nearest(frame.position[i] - frame.position[j])
     normal = branch / np.linalg.norm(branch, axis=1)[:, None]
-    forces = frame.contacts.normal_force.values if "normal_force" in frame.contacts else []
+    contacts = frame.require_contacts()
+    forces = contacts.normal_force.values if "normal_force" in contacts else []
     distance, correlation, error = compute_pair_correlation(frame)
     return Structure(
         fabric=normal.T @ normal / len(normal),
@@ -70,7 +82,9 @@ def measure_structure(run, snapshot=-1) -> Structure:
     )
 
 
-def compute_pair_correlation(frame):
+def compute_pair_correlation(
+    frame: Frame,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(distance in mean diameters, g(r), its standard error) of a Frame, (BINS,) each.
 
     Grains near walls have fewer neighbours: only grains farther from every wall than the largest

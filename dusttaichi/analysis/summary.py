@@ -1,20 +1,31 @@
 """The numbers of a run by the rows of the registry, its table, and several runs side by side."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
+from collections.abc import Mapping, Sequence
 from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi import method
 from dusttaichi.analysis.names import name_runs
 from dusttaichi.analysis.numbers import AUTO, GENERAL, families, is_known, list_in_table_order
 from dusttaichi.results import outputs
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.analysis.texts import TextColumn
+    from dusttaichi.method import Method
+
+
 PROBLEMS = "problems"  #: Key of the numbers that an error prevented.
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 
-def summarise(run):
+def summarise(run: Run) -> dict[str, Any]:
     """Numbers of a run as a dict (SI units; None where the run does not have them).
 
     Keys are name, status and method of the run, then every row of the registry (`analysis.numbers`)
@@ -31,7 +42,7 @@ def summarise(run):
     return numbers | {PROBLEMS: problems}
 
 
-def tabulate(numbers):
+def tabulate(numbers: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Rows (what, run, literature) of text for a summary, in the order to print them.
 
     Numbers that the run does not have are left out.
@@ -46,7 +57,7 @@ def tabulate(numbers):
     return rows + [("not computed", f"{title}: {error}", "") for title, error in numbers[PROBLEMS]]
 
 
-def has_fit_error(numbers, run_method=None):
+def has_fit_error(numbers: Mapping[str, Any], run_method: Method | None = None) -> bool:
     """True where a number of a `summarise`, or of a row of `compare`, has an uncertainty.
 
     run_method: the method of the run; by default the numbers of all methods are checked.
@@ -56,7 +67,7 @@ def has_fit_error(numbers, run_method=None):
     return any(error is not None and math.isfinite(error) for error in errors)
 
 
-def compare(runs):
+def compare(runs: Sequence[Run]) -> list[dict[str, Any]]:
     """Rows (dicts) for runs of any kind, SI, all with the same keys.
 
     Keys are name; the numbers of every family of the registry (`analysis.numbers`) that applies to
@@ -69,7 +80,8 @@ def compare(runs):
         for families_by_name in families_of_runs
         for name, family in families_by_name.items()
     }
-    rows, problems = [{"name": name} for name in name_runs(runs)], [[] for _ in runs]
+    rows: list[dict[str, Any]] = [{"name": name} for name in name_runs(runs)]
+    problems: list[list[tuple[str, str]]] = [[] for _ in runs]
     for family in sorted(all_families.values(), key=lambda family: family.order):
         measured = [
             family.evaluate(run) if family.name in names else ({}, [])
@@ -87,9 +99,9 @@ def compare(runs):
     return rows
 
 
-def format_columns(rows):
+def format_columns(rows: Sequence[Mapping[str, Any]]) -> list[TextColumn]:
     """(heading, texts) of the rows of `compare` that a terminal shows, one text for each run."""
-    table = [("run", [row["name"] for row in rows])]
+    table: list[TextColumn] = [("run", [row["name"] for row in rows])]
     for _, number in list_in_table_order():
         if number.column is None or not any(is_known(row.get(number.name)) for row in rows):
             continue
@@ -98,7 +110,7 @@ def format_columns(rows):
     return table
 
 
-def to_csv(rows, path):
+def to_csv(rows: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     """Write the rows of `compare`, numbers with five digits.
 
     Parameters
@@ -118,7 +130,7 @@ def to_csv(rows, path):
     outputs.write(path, table.getvalue(), ",".join(list(rows[0])[:5]))
 
 
-def format_value(value):
+def format_value(value: Any) -> str:
     """Text of a value in a CSV file, numbers with five digits."""
     if value is None:
         return ""

@@ -1,5 +1,9 @@
 """Symbols and words of the keys of a scene, as figures and tables show them."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
 OF_MATERIALS = {
     "surface_energy": "γ",
     "radius": "r",
@@ -20,7 +24,7 @@ GENERAL = {"kind", "model", "modifier", "coefficient", "file", "size", "law", "n
 BLOCKS = ("stop", "stages", "output")  # whose keys mean something else than the same ones elsewhere
 
 
-def label_key(path, among=()):
+def label_key(path: str, among: Iterable[str] = ()) -> str:
     """Symbol of a key in the literature, or its own words: γ of material.surface_energy.
 
     Parameters
@@ -36,7 +40,7 @@ def label_key(path, among=()):
     return text
 
 
-def _find_label(path):
+def _find_label(path: str) -> str:
     block, *inner = path.split(".")
     if path in BY_PATH:
         return BY_PATH[path]
@@ -48,5 +52,5 @@ def _find_label(path):
     return _join_words(named[-1:] if alone else named[-2:])
 
 
-def _join_words(keys):
+def _join_words(keys: Sequence[str]) -> str:
     return " ".join(keys).replace("_", " ")

@@ -4,9 +4,14 @@ The filling factor falls steadily and the stress fluctuates, so the stress is av
 windows of the filling factor; the tensile strength is the largest average.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.analysis.compression_fit import correlation_factor
 from dusttaichi.analysis.tension import find_longest_axis, find_start_of_tension
@@ -14,6 +19,12 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+
 
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""
@@ -31,12 +42,13 @@ class Tensile:
     """Stress along `axis` while a sample is stretched, in the order of time."""
 
     axis: str  #: x, y or z.
-    filling_factor: np.ndarray  #: Means over the windows, (windows,).
-    stress: np.ndarray  #: Means [Pa], (windows,).
-    sigma: np.ndarray  #: Uncertainty of the mean stress [Pa], (windows,).
-    count: np.ndarray  #: Number of records, (windows,).
-    raw_filling_factor: np.ndarray  #: As recorded, in the middle of the averaging time, (times,).
-    raw_stress: np.ndarray  #: As recorded [Pa], (times,).
+    filling_factor: NDArray[np.float64]  #: Means over the windows, (windows,).
+    stress: NDArray[np.float64]  #: Means [Pa], (windows,).
+    sigma: NDArray[np.float64]  #: Uncertainty of the mean stress [Pa], (windows,).
+    count: NDArray[np.integer]  #: Number of records, (windows,).
+    #: As recorded, in the middle of the averaging time, (times,).
+    raw_filling_factor: NDArray[np.float64]
+    raw_stress: NDArray[np.float64]  #: As recorded [Pa], (times,).
     window: float  #: Share by which the filling factor falls within a window.
     strength: float  #: Largest mean stress [Pa].
     strength_sigma: float  #: Its uncertainty [Pa].
@@ -47,7 +59,9 @@ class Tensile:
     law: float  #: T19 eq 33 for phi_init [Pa], NaN for an unknown material.
 
 
-def measure_tensile_strength(run, axis=None, windows=None) -> Tensile:
+def measure_tensile_strength(
+    run: Run, axis: str | None = None, windows: int | None = None
+) -> Tensile:
     """Tensile test of a run, in the first stage in which the filling factor falls.
 
     The stress is the virial stress (T19 eq 23), or, where the file has none, the pull on the top
@@ -124,7 +138,7 @@ def measure_tensile_strength(run, axis=None, windows=None) -> Tensile:
     )
 
 
-def compute_strength_law(run, phi) -> float:
+def compute_strength_law(run: Run, phi: float) -> float:
     """Tensile strength [Pa] of a Run's material at a filling factor (T19 eq 33), NaN without one.
 
     Parameters
@@ -137,14 +151,16 @@ def compute_strength_law(run, phi) -> float:
     return float(laws.tensile_strength(phi, m.surface_energy, m.radius))
 
 
-def _read_edge(records, axis):
+def _read_edge(records: xr.Dataset, axis: str) -> NDArray[np.float64] | None:
     """Length of the cell along `axis` [m], or None if unknown."""
     if "box_length" in records:
         return read_at(records.box_length, xyz=axis)
     return records["height"].values if "height" in records and axis == "z" else None
 
 
-def _read_records(stage, axis):
+def _read_records(
+    stage: Run, axis: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(duration [s], filling factor, stress [Pa], edge [m]) of the records, each (times,).
 
     The stress of a record is the mean since the one before; filling factor and edge are those in
@@ -159,26 +175,32 @@ def _read_records(stage, axis):
         stress = -read_at(series.pressure, wall="top")
     edge = _read_edge(series, axis)
 
-    def halfway(values, first):
+    def halfway(values: NDArray[np.float64], first: ArrayLike) -> NDArray[np.float64]:
         previous = np.concatenate([[first], values[:-1]])
         return 0.5 * (previous + values)
 
     duration = np.diff(series.time.values, prepend=float(start.time))
     phi = halfway(series.filling_factor.values, float(start.filling_factor))
-    edge = np.full(len(phi), np.nan) if edge is None else halfway(edge, _read_edge(start, axis))
+    first_edge = _read_edge(start, axis)
+    edges = np.full(len(phi), np.nan)
+    if edge is not None and first_edge is not None:
+        edges = halfway(edge, first_edge)
     is_used = (duration > 0) & np.isfinite(stress) & (phi > 0)
     if not is_used.any():
         raise DustError(f"{stage.path} has no record of the stress along {axis}.")
-    return duration[is_used], phi[is_used], stress[is_used], edge[is_used]
+    return duration[is_used], phi[is_used], stress[is_used], edges[is_used]
 
 
-def _assign_windows(log_phi, windows):
+def _assign_windows(log_phi: NDArray[np.float64], windows: int) -> NDArray[np.integer]:
     """Number of the window of each record, from 0 in the order of falling filling factor."""
     width = np.ptp(log_phi) / windows or np.inf
-    return np.minimum(((log_phi.max() - log_phi) / width).astype(int), windows - 1)
+    numbers: NDArray[np.integer] = ((log_phi.max() - log_phi) / width).astype(int)
+    return numbers.clip(max=windows - 1)
 
 
-def _estimate_noise(log_phi, stress):
+def _estimate_noise(
+    log_phi: NDArray[np.float64], stress: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Uncertainty of a single record [Pa], (times,): scatter around a line, with correlation.
 
     Lines are fitted in windows as wide as allowed, or wide enough for eight records.
@@ -203,12 +225,17 @@ def _estimate_noise(log_phi, stress):
     return scale * correlation_factor(residual)
 
 
-def _count_fewest_windows(log_phi):
+def _count_fewest_windows(log_phi: NDArray[np.float64]) -> int:
     """Least number of windows: changes by WIDEST at most, and FEWEST for rise, maximum and fall."""
     return max(int(np.ceil(np.ptp(log_phi) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
-def _choose_window_count(log_phi, stress, duration, noise):
+def _choose_window_count(
+    log_phi: NDArray[np.float64],
+    stress: NDArray[np.float64],
+    duration: NDArray[np.float64],
+    noise: NDArray[np.float64],
+) -> int:
     fewest = min(_count_fewest_windows(log_phi), len(log_phi))
     windows = len(log_phi)
     while windows > fewest:
@@ -222,7 +249,12 @@ def _choose_window_count(log_phi, stress, duration, noise):
     return max(windows, fewest)
 
 
-def _average_windows(window, duration, noise, quantities):
+def _average_windows(
+    window: NDArray[np.integer],
+    duration: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    quantities: Sequence[NDArray[np.float64]],
+) -> NDArray[np.float64]:
     """Means of the quantities over each window, then sigma and count: (quantities + 2, windows).
 
     The means are weighted with the duration of the records; windows without any are left out.
@@ -242,12 +274,12 @@ class StrengthFit:
     exponent: float  #: Exponent of the initial filling factor.
     exponent_sigma: float  #: 1-sigma uncertainty by the scatter of the runs, NaN for two of them.
 
-    def strength(self, phi_init):
+    def strength(self, phi_init: ArrayLike) -> NDArray[np.float64]:
         """Tensile strength [Pa] at `phi_init`."""
         return self.factor * np.asarray(phi_init, dtype=float) ** self.exponent
 
 
-def fit_strength(results):
+def fit_strength(results: Sequence[Tensile]) -> StrengthFit | None:
     """Power law through several tensile tests: least squares in the logarithms, equal weights.
 
     None where phi_init differs by less than 5 %, or a run has no strength.

@@ -1,15 +1,25 @@
 """Start of the tension of a sample that is pulled."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.loads import find_drive, find_stage_block
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.kind import RunKind
+    from dusttaichi.analysis.run import Run
+
 
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
 
-def read_tension(stage):
+def read_tension(stage: RunKind) -> NDArray[np.float64]:
     """Tension [Pa] of the records of a stage, (times,), along the axis that grows most.
 
     Along the axis of the largest mean if the edges are unknown; on the top wall without a stress.
@@ -23,21 +33,21 @@ def read_tension(stage):
     return normal[:, find_longest_axis(stage)]
 
 
-def find_longest_axis(stage):
+def find_longest_axis(stage: RunKind) -> int:
     """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
     return int(np.nanargmax(stage.series.box_length.values[-1] / stage.start.box_length.values))
 
 
-def _is_load_controlled(stage):
+def _is_load_controlled(stage: RunKind) -> bool:
     """True where the scene prescribes the load along the axis that grows most."""
     drive = find_drive(stage)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)) and "box_length" in stage.series:
-        return stress[find_longest_axis(stage)] != "free"
+        return bool(stress[find_longest_axis(stage)] != "free")
     return bool(stress or drive.get("pressure"))
 
 
-def find_start_of_tension(stress):
+def find_start_of_tension(stress: NDArray[np.float64]) -> int | None:
     """Number of the record from which a stress [Pa] (times,) is tensile (positive), or None.
 
     The mean over the next RECORDS and that over all later ones must be tensile.
@@ -53,14 +63,14 @@ def find_start_of_tension(stress):
     return int(tensile[0])
 
 
-def is_tensile_test(stage_run):
+def is_tensile_test(stage_run: RunKind) -> bool:
     """True for a stage, or a run without stages, that its scene ends past the largest tension."""
     stage_block = find_stage_block(stage_run)
     block = stage_run.scene if stage_block is None else stage_block
     return (block.get("stop") or {}).get("past_maximum") is not None
 
 
-def explain_missing_strength(run):
+def explain_missing_strength(run: Run) -> str | None:
     """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
     if run.stretches and _is_load_controlled(run.part_that("stretches")):
         return "none: the scene prescribes the load; a strength needs a speed or a strain rate"

@@ -1,9 +1,12 @@
 """Texts of numbers: with their scatter, in a suitable unit, as CSV."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 import re
+from collections.abc import Iterable, Sequence
 
 from dusttaichi.scene import quantities
 
@@ -18,14 +21,17 @@ _POWERS = {
 }
 
 
-def format_csv(rows):
+TextColumn = tuple[str, Sequence[str]]  # header, and a text for each row
+
+
+def format_csv(rows: Iterable[Iterable[object]]) -> str:
     """Rows of values as CSV."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
 
 
-def choose_unit(size, unit):
+def choose_unit(size: float, unit: str | None) -> tuple[int, str]:
     """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
     if unit not in _POWERS:
         return 0, "" if unit in (None, "1") else unit
@@ -33,35 +39,37 @@ def choose_unit(size, unit):
     return (fitting_units or [_POWERS[unit][-1] if size else (0, unit)])[0]
 
 
-def format_quantity(value, unit, std=None, size=None):
+def format_quantity(
+    value: float, unit: str | None, std: float | None = None, size: float | None = None
+) -> str:
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if visible in four digits.
 
     The unit is a suitable one; with `size` that of numbers up to it, without its name.
     """
-    named = size is None
-    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
-    size = max(abs(value), std if scatters else 0.0) if named else size
-    power, name = choose_unit(size, unit)
+    visible = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
+    scatter = std if std is not None and visible else 0.0
+    power, name = choose_unit(max(abs(value), scatter) if size is None else size, unit)
     factor = 10.0**power
-    mean, std = value / factor, std / factor if scatters else 0.0
+    mean, spread = value / factor, scatter / factor
     # two digits of the scatter, and as many decimals of the mean
-    decimals = 1 - math.floor(math.log10(std)) if scatters else math.inf
+    decimals = 1 - math.floor(math.log10(spread)) if visible else DECIMALS + 1
     if decimals <= DECIMALS:
-        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
+        numbers = [f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, spread)]
     else:
         is_integer = mean == round(mean) and abs(mean) < 1e9
         # a residual needs no more digits than two
-        mean = f"{mean:.0f}" if is_integer else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
-        std = f"{std:.2g}"
-    return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
+        digits = 4 if abs(mean) >= 1e-4 else 2
+        numbers = [f"{mean:.0f}" if is_integer else f"{mean:.{digits}g}", f"{spread:.2g}"]
+    text = " ± ".join(numbers if visible else numbers[:1])
+    return f"{text} {name if size is None else ''}".rstrip()
 
 
-def mask_numbers(text):
+def mask_numbers(text: str) -> str:
     """A text with # in place of its numbers."""
     return _NUMBER.sub("#", text)
 
 
-def merge_with_ranges(texts):
+def merge_with_ranges(texts: Sequence[str]) -> str:
     """One text of several that differ in numbers alone: "0 to 3 points"."""
     fixed_texts = _NUMBER.split(texts[0])
     columns = zip(*map(_NUMBER.findall, texts), strict=True)
@@ -72,7 +80,7 @@ def merge_with_ranges(texts):
     return "".join(map("".join, zip(fixed_texts, [*ranges, ""], strict=True)))
 
 
-def typeset(text):
+def typeset(text: str) -> str:
     """The text with powers such as m^2 and s^-1 as superscripts, and with the sign for micro."""
     raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
     text = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(raised), text)

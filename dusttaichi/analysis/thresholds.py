@@ -1,14 +1,22 @@
 """Threshold speeds of collisions, with confidence intervals by resampling the pairs of bodies."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.collisions import FAILED
 from dusttaichi.analysis.outcome import DEFINITIONS
 from dusttaichi.results.shown import THRESHOLDS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 RESAMPLES = 1000
 CONFIDENCE = 0.68
@@ -27,7 +35,7 @@ class Condition:
 
     name: str
     meaning: str
-    value: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    value: Callable[[NDArray[np.str_], NDArray[np.float64]], NDArray[np.float64]]
     limit: float = 0.5
     rises: bool = False
 
@@ -84,7 +92,7 @@ class Threshold:
     censored: tuple[float, ...] = ()
 
 
-def find_thresholds(data):
+def find_thresholds(data: xr.Dataset) -> list[Threshold]:
     """A Threshold of each Condition for each body and mass ratio of a dataset of collisions.
 
     Impact parameters have equal weights, so that those of equal areas give means over the area. The
@@ -103,12 +111,13 @@ def find_thresholds(data):
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
         labels = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
         for condition in list_conditions():
-            *numbers, speeds, censored = _find_threshold(collisions, condition)
-            thresholds.append(Threshold(*labels, condition.name, *numbers, phi, speeds, censored))
+            speed, low, high, speeds, censored = _find_threshold(collisions, condition)
+            numbers = speed, low, high, phi
+            thresholds.append(Threshold(*labels, condition.name, *numbers, speeds, censored))
     return thresholds
 
 
-def find_growth_bracket(data, body, ratio):
+def find_growth_bracket(data: xr.Dataset, body: int, ratio: int) -> tuple[float, float] | None:
     """The two speeds [m/s] between which the growth efficiency falls below 0.
 
     None where it does not do so between two speeds of the study.
@@ -121,7 +130,9 @@ def find_growth_bracket(data, body, ratio):
     return float(speeds[below[0] - 1]), float(speeds[below[0]])
 
 
-def _find_threshold(collisions, condition):
+def _find_threshold(
+    collisions: xr.Dataset, condition: Condition
+) -> tuple[float, float, float, tuple[float, ...], tuple[float, ...]]:
     """(speed, low, high, speeds that decide, censored speeds) of a Threshold."""
     sums = _Sums.from_collisions(collisions, condition)
     best, *ends = sums.crossing()
@@ -144,7 +155,7 @@ def _find_threshold(collisions, condition):
     return best, float(ends[0]), float(ends[1]), decisive_speeds, censored
 
 
-def _compute_quantile(values, fraction):
+def _compute_quantile(values: NDArray[np.float64], fraction: float) -> float:
     """Quantile of the draws with collisions that decide; not a number without one."""
     crossings = values[~np.isnan(values)]
     return np.quantile(crossings, fraction, method="nearest") if len(crossings) else np.nan
@@ -160,14 +171,14 @@ class _Sums:
     """
 
     condition: Condition
-    speeds: np.ndarray
-    total: np.ndarray
-    count: np.ndarray
-    failed: np.ndarray
+    speeds: NDArray[np.float64]
+    total: NDArray[np.float64]
+    count: NDArray[np.integer]
+    failed: NDArray[np.integer]
     ends: tuple[float, float]
 
     @classmethod
-    def from_collisions(cls, collisions, condition):
+    def from_collisions(cls, collisions: xr.Dataset, condition: Condition) -> _Sums:
         collisions = collisions.transpose("speed", "seed", "impact_parameter", ...)
         hit = np.isfinite(collisions.growth_efficiency.values)
         growth = np.where(hit, collisions.growth_efficiency.values, 0.0)
@@ -178,19 +189,22 @@ class _Sums:
             condition, collisions.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends
         )
 
-    def resample(self, seeds):
+    def resample(self, seeds: NDArray[np.integer]) -> _Sums:
         """The same of pairs that are drawn, by their numbers."""
-        arrays = (array[:, seeds] for array in (self.total, self.count, self.failed))
-        return _Sums(self.condition, self.speeds, *arrays, self.ends)
+        drawn = self.count[:, seeds], self.failed[:, seeds]
+        return _Sums(self.condition, self.speeds, self.total[:, seeds], *drawn, self.ends)
 
-    def find_decided(self):
+    def find_decided(self) -> NDArray[np.bool_]:
         """True for speeds whose mean is on one side of the limit, however failed ones ended."""
         total, count, failed = (a.sum(axis=1) for a in (self.total, self.count, self.failed))
         largest_count = np.maximum(count + failed, 1)
         low, high = (self._past((total + failed * end) / largest_count) for end in self.ends)
-        return (count > 0) & (low == high)
+        decided: NDArray[np.bool_] = (count > 0) & (low == high)
+        return decided
 
-    def course(self, is_selected):
+    def course(
+        self, is_selected: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Chosen speeds, and the mean there.
 
         It falls with the speed unless it rises to the threshold.
@@ -202,7 +216,7 @@ class _Sums:
             mean = falling.x
         return self.speeds[is_selected], mean
 
-    def crossing(self):
+    def crossing(self) -> tuple[float, float, float]:
         """(speed, low, high) [m/s]: where the mean first crosses the limit, and its range.
 
         low and high differ from it where censored speeds leave it open. Not a number without a
@@ -224,20 +238,22 @@ class _Sums:
             low = float(max(speeds[speeds < unknown.min()], default=0.0))
         return best, low, high
 
-    def _interpolate_crossing(self, speeds, mean, n):
+    def _interpolate_crossing(
+        self, speeds: NDArray[np.float64], mean: NDArray[np.float64], n: int
+    ) -> float:
         """Speed before the n-th at which the mean crosses the limit [m/s]."""
         if n in (0, len(speeds)):
             return np.inf if n else 0.0
         distance = np.abs(mean[n - 1 : n + 1] - self.condition.limit)
         return float(speeds[n - 1] * (speeds[n] / speeds[n - 1]) ** (distance[0] / distance.sum()))
 
-    def _past(self, mean):
+    def _past(self, mean: NDArray[np.float64]) -> NDArray[np.bool_]:
         """True for means on the far side of the limit."""
         limit = self.condition.limit
         return mean > limit if self.condition.rises else mean < limit
 
 
-def _find_ends(condition, ratio):
+def _find_ends(condition: Condition, ratio: float) -> tuple[float, float]:
     """(lowest, largest) value of the quantity of a Condition, over all outcomes and growths."""
     growth = np.array([-ratio, 0.0, 1.0])
     names, growths = np.meshgrid(list(DEFINITIONS), growth, indexing="ij")

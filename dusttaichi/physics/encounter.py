@@ -7,6 +7,7 @@ contact is a physics.contact.constants.ContactConstants throughout, whatever its
 
 from functools import lru_cache
 from math import inf, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def speed_of_overlap(contact, largest_overlap):
     return sqrt(2.0 * max(energy_available, 0.0) / contact.mass)
 
 
-def breaking_speed(contact):
+def breaking_speed(contact: Any) -> float:
     """Speed [m/s] at which a pair has the energy that breaks a contact at rest.
 
     It sticks below, where nothing else dissipates; 0 without adhesion.

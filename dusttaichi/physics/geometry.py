@@ -150,7 +150,9 @@ def _ranks(values):
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-def cylinder_volume(positions, radius, axis_xy, cylinder_radius, *, low, high):
+def cylinder_volume(
+    positions: Floats, radius: Any, axis_xy: Floats, cylinder_radius: float, *, low: Any, high: Any
+) -> float:
     """Volume of spheres inside an upright cylinder [length^3].
 
     positions: (N, 3) centres. radius: of every sphere, or (N,). axis_xy: (x, y) of the axis. The
@@ -212,23 +214,23 @@ def lens_area(r1, r2, distance):
     return np.where(apart, 0.0, np.where(within, np.pi * np.minimum(r1, r2) ** 2, both))
 
 
-def neighbours_within(positions, radii_in, period=None, largest_number=None):
+def neighbours_within(
+    positions: ArrayLike, radii_in: ArrayLike, period: Any = None, largest_number: int | None = None
+) -> Floats:
     """Mean number of other grains whose centre is nearer than r_in to that of a grain.
 
-    N(r < r_in) of T19 section 4.1 (Fig 10), without the grain in the middle. positions: (N, 3).
-    radii_in: (radii,), in any order. period: edge of the cell along each axis, NaN or None where it
-    is not periodic; None for none at all. All images are counted, also a grain's own, so r_in may
-    exceed the cell. most: largest number of grains in the middle, random ones of more; None for
-    all. Returns (radii,).
+    N(r < r_in) of T19 section 4.1 (Fig 10), without the central grain. positions: (N, 3). radii_in,
+    result: (radii,). period: edge of the cell along each axis, NaN or None where it is not
+    periodic; all images are counted, also a grain's own, so r_in may exceed the cell.
+    largest_number: of central grains, random ones of more; None for all.
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     radii = np.atleast_1d(np.asarray(radii_in, dtype=float))
     if not len(positions):
         return np.zeros(len(radii))
-    edges = [np.nan] * 3 if period is None else [np.nan if e is None else e for e in period]
-    edges = np.asarray(edges, dtype=float)
-    order = np.argsort(radii)
-    # cKDTree also counts equal distances
+    lengths = (None,) * 3 if period is None else period
+    edges = np.array([np.nan if edge is None else edge for edge in lengths], dtype=float)
+    order = np.argsort(radii)  # cKDTree also counts equal distances
     nearer = np.nextafter(radii[order], -np.inf).clip(min=0.0)
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
     if largest_number is not None and len(centres) > largest_number:
@@ -240,7 +242,7 @@ def neighbours_within(positions, radii_in, period=None, largest_number=None):
     return counts
 
 
-def _with_images(positions, edges, reach):
+def _with_images(positions: Floats, edges: Floats, reach: float) -> tuple[Floats, Floats]:
     """Positions wrapped into the cell, and these with all images nearer than `reach` to them."""
     periodic = np.flatnonzero(np.isfinite(edges))
     positions = positions.copy()
@@ -277,7 +279,7 @@ def label_components(pairs: ArrayLike, count: int) -> tuple[int, NDArray[np.intp
     return len(starts), label
 
 
-def are_in_same_fragment(label, masses, bodies):
+def are_in_same_fragment(label: NDArray[np.integer], masses: Floats, bodies: Any) -> bool:
     """True where one fragment has more than half of the mass of both bodies.
 
     label, masses: fragment and mass of each point, (N,). bodies: points of each.
@@ -297,7 +299,7 @@ def heaviest_first(label: NDArray[np.integer], masses: NDArray[Any]) -> NDArray[
     return np.argsort(-np.round(mass / np.min(masses), 6), kind="stable")
 
 
-def largest_first(label, masses):
+def largest_first(label: NDArray[np.intp], masses: NDArray[Any]) -> NDArray[np.intp]:
     """Numbers of the fragments of the points (N,) in that order; arguments as of heaviest_first."""
     return np.argsort(heaviest_first(label, masses))[label]
 
@@ -312,11 +314,10 @@ def grains_within(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """(R, N), (SHELLS,) each: mean number N of other grains within R of a grain of the core.
 
-    None for bodies that are too small.
-    radius: mean radius of the grains, or (N,); gyration: radius of gyration. The core are the
-    grains within gyration/2 of the centre. R is evenly spaced in ln R from 3 radii to 3/4 of
-    gyration. All of these spheres are inside of a sphere or cube, so N ~ R^3 for a homogeneous
-    body, R^2 for a plate, R for a chain, up to the first shells of neighbours.
+    None for bodies that are too small. radius: mean radius of the grains, or (N,); gyration: radius
+    of gyration. The core are the grains within gyration/2 of the centre. R is evenly spaced in ln R
+    from 3 radii to 3/4 of gyration. All of these spheres are inside of a sphere or cube, so N ~ R^3
+    for a homogeneous body, R^2 for a plate, R for a chain, up to the first shells of neighbours.
     """
     radius, reach = float(np.mean(radius)), gyration / 2
     largest = 1.5 * reach

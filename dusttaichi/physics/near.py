@@ -3,16 +3,26 @@
 scipy.spatial takes 0.3 s to import, and as long to search or longer.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 WIDER = 1 + 1e-9  # cells over the reach, by more than rounding
 BATCH = 1 << 18  # pairs that are compared at a time: their numbers stay in the cache
 KEYS = 60  # bits of the number of a cell
 
 
-def near(a, b, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def near(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    reach: float,
+    period: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
     """Pairs of points of `a` (N, D) and `b` (M, D) at most `reach` apart: i, j, distance.
 
     period: edges (D,) of a periodic cell that has all points, [0, period), whose nearest images
@@ -23,7 +33,7 @@ def near(a, b, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.nd
         return _join_batches([])
     grid = _Grid((a, b), reach, period)
     points, targets = _Sorted(grid, a), _Sorted(grid, b, images=True)
-    batches = []
+    batches: list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]] = []
     for row in product((-1, 0, 1), repeat=a.shape[1] - 1):
         middle = grid.shift(row)
         begin, end = targets.find_range(points.cells + (middle - 1), points.cells + (middle + 1))
@@ -32,7 +42,9 @@ def near(a, b, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.nd
     return _join_batches(batches)
 
 
-def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def near_pairs(
+    x: NDArray[np.float64], reach: float, period: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
     """Pairs i < j of points (N, D) at most `reach` apart: i, j, distance; arguments as of `near`.
 
     In no particular order.
@@ -41,7 +53,7 @@ def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np
         return _join_batches([])
     grid = _Grid((x,), reach, period)
     points, targets = _Sorted(grid, x), _Sorted(grid, x, images=True)
-    batches = []
+    batches: list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]] = []
     for row in product((-1, 0, 1), repeat=x.shape[1] - 1):
         if row < (0,) * len(row):
             continue  # each two cells are compared once
@@ -54,7 +66,9 @@ def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np
     return np.minimum(i, j), np.maximum(i, j), distance
 
 
-def are_apart(x, reach: float, period=None) -> bool:
+def are_apart(
+    x: NDArray[np.float64], reach: float, period: NDArray[np.float64] | None = None
+) -> bool:
     """True where no two points (N, D) are less than `reach` apart; period as of `near`.
 
     Many coincident points take no more time.
@@ -68,10 +82,13 @@ def are_apart(x, reach: float, period=None) -> bool:
     return not (near_pairs(x, reach, period)[2] < reach).any()
 
 
-def _join_batches(batches):
+def _join_batches(
+    batches: Sequence[tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]],
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:
     if not batches:
         return np.empty(0, int), np.empty(0, int), np.empty(0)
-    return tuple(np.concatenate(column) for column in zip(*batches, strict=True))
+    first, second, distance = (np.concatenate(column) for column in zip(*batches, strict=True))
+    return first, second, distance
 
 
 class _Grid:
@@ -80,7 +97,12 @@ class _Grid:
     coarse: they are far wider, of points that are very far apart.
     """
 
-    def __init__(self, bodies, reach, period):
+    def __init__(
+        self,
+        bodies: Sequence[NDArray[np.float64]],
+        reach: float,
+        period: NDArray[np.float64] | None,
+    ) -> None:
         low = np.min([x.min(axis=0) for x in bodies], axis=0)
         edges = np.max([x.max(axis=0) for x in bodies], axis=0) - low
         self.periodic = np.zeros(len(low), bool)
@@ -96,12 +118,12 @@ class _Grid:
         strides = np.cumprod([1, *(self.cells[:0:-1] + 2)])
         self.strides = strides[::-1]
 
-    def find_cells(self, x):
+    def find_cells(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
         """Cells (N, D) of points, from 1 on."""
-        cells = ((x - self.low) / self.size).astype(np.int64)
-        return np.clip(cells, 0, self.cells - 1) + 1
+        cells: NDArray[np.int64] = ((x - self.low) / self.size).astype(np.int64)
+        return cells.clip(0, self.cells - 1) + 1
 
-    def shift(self, row):
+    def shift(self, row: Sequence[int]) -> int:
         """Difference of the numbers of two cells that are that far apart along all axes but one."""
         return int(np.dot(row, self.strides[:-1]))
 
@@ -113,7 +135,7 @@ class _Sorted:
     the cells that have points; first: of each, its first place in the order.
     """
 
-    def __init__(self, grid, x, *, images=False):
+    def __init__(self, grid: _Grid, x: NDArray[np.float64], *, images: bool = False) -> None:
         point_cells, self.rows = grid.find_cells(x), np.arange(len(x))
         if images:
             point_cells, self.rows = _with_images(grid, point_cells, self.rows)
@@ -125,7 +147,9 @@ class _Sorted:
         self.cells = self.keys[self.first]
         self.counts = np.diff(self.first, append=len(self.keys))
 
-    def find_range(self, low, high):
+    def find_range(
+        self, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Places (begin, end) in the order of the points of cells from `low` to `high`."""
         first = np.append(self.first, len(self.keys))
         begin = first[np.searchsorted(self.cells, low, "left")]
@@ -139,7 +163,14 @@ class _Candidates:
     target after the point itself.
     """
 
-    def __init__(self, begin, end, counts, *, behind=False):
+    def __init__(
+        self,
+        begin: NDArray[np.intp],
+        end: NDArray[np.intp],
+        counts: NDArray[np.intp],
+        *,
+        behind: bool = False,
+    ) -> None:
         start, number = np.repeat(begin, counts), np.repeat(end - begin, counts)
         if behind:
             rank = np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
@@ -147,7 +178,9 @@ class _Candidates:
         self.points = np.flatnonzero(number > 0)
         self.start, self.number = start[self.points], number[self.points]
 
-    def close(self, points, targets, reach, period):
+    def close(
+        self, points: _Sorted, targets: _Sorted, reach: float, period: NDArray[np.float64] | None
+    ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]]:
         """Pairs at most `reach` apart: (i, j, distance) of each batch."""
         ends = np.cumsum(self.number)
         total = ends[-1] if len(ends) else 0
@@ -167,7 +200,9 @@ class _Candidates:
             yield points.rows[i[near]], targets.rows[j[near]], np.sqrt(square[near])
 
 
-def _with_images(grid, point_cells, rows):
+def _with_images(
+    grid: _Grid, point_cells: NDArray[np.int64], rows: NDArray[np.intp]
+) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     """Cells and numbers of points, and of the images beside the faces of at least three cells."""
     for axis in np.flatnonzero(grid.periodic & (grid.cells >= 3)):
         for end, beyond in ((1, grid.cells[axis] + 1), (grid.cells[axis], 0)):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from dusttaichi.analysis.cycles import compute_pressure
+from dusttaichi.analysis.friction import fit_friction
 from dusttaichi.analysis.loads import (
-    fit_friction,
     format_load,
     is_triaxial,
     measure_controlled_loads,

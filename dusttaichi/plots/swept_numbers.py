@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers, title_of
+from dusttaichi.analysis.dependence import Against, against
+from dusttaichi.analysis.ensemble_tables import table_numbers, title_of
 from dusttaichi.analysis.numbers import index_observables
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.plots import style

@@ -160,8 +160,8 @@ class Deposit:
         self._forget_covered()
 
     def _support(
-        self, upper: NDArray[np.integer], lower: NDArray[np.integer]
-    ) -> tuple[NDArray[np.integer], NDArray[np.integer], NDArray[np.float64]]:
+        self, upper: NDArray[np.intp], lower: NDArray[np.intp]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
         """Pairs of grains that can touch, and the height of the upper above the lower one then."""
         square = np.zeros(len(upper))
         for axis, period in enumerate(self.period):

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES, LYING, grains_within, power
@@ -217,7 +217,7 @@ def bulk_filling_factor(
 
 
 def touching_pairs(
-    positions: np.ndarray, distance: float, period: ArrayLike | None = None
+    positions: np.ndarray, distance: float, period: NDArray[np.float64] | None = None
 ) -> np.ndarray:
     """Pairs i < j of grains whose centres are no farther apart than a distance.
 

@@ -79,3 +79,11 @@ def test_a_mistake_of_ours_stays_one(tmp_path):
     ):
         raise KeyError("pressure")
     assert open_run(path).name == "]0;evil[31mred"
+
+
+def test_an_error_of_hdf5_without_a_number(tmp_path):
+    path = tmp_path / "result.nc"
+    path.write_bytes(b"")
+    with pytest.raises(DustError, match="Damaged .*HDF error.*result.nc"):
+        with explain_foreign_errors([path]):
+            raise OSError("NetCDF: HDF error")

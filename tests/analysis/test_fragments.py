@@ -7,6 +7,7 @@ import pytest
 import snapshots
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from synthetic import make_run
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import Frame
@@ -202,6 +203,24 @@ def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
         run.attrs["sample"] = "{push: [{grains: [0], size: 1.0e-9}]}"
         (axes,) = plots.sound_speed(run).axes
         assert "m/s" in axes.get_ylabel() and len(axes.lines[0].get_xdata()) == 40
+
+
+def test_a_push_of_grains_of_several_materials_needs_a_length(tmp_path):
+    with wave(tmp_path, 400.0) as run:
+        run.attrs["sample"] = "{push: [{grains: [0], kind: speed}]}"
+        run.attrs["scene_resolved"] = "materials: {ice: {}, dust: {}}"
+        with pytest.raises(DustError, match="not one material .*allowed: push"):
+            analysis.measure_arrival(run)
+        assert analysis.measure_arrival(run, push=1e-9).push == 1e-9
+
+
+def test_a_run_without_a_file_has_no_snapshots():
+    run = make_run(height=np.ones(3), attrs={"periodic_axes": "x"})
+    for measure in (analysis.count_frames, analysis.read_frame, analysis.read_grain_masses):
+        with pytest.raises(DustError, match="has no snapshots"):
+            measure(run)
+    with pytest.raises(DustError, match="has no snapshots"):
+        run.period()
 
 
 def test_error_of_the_sound_speed():

@@ -10,6 +10,7 @@ from figures import legend
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis import ensemble_tables as tables
+from dusttaichi.analysis.dependence import against
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
@@ -309,7 +310,7 @@ def test_what_is_the_same_at_every_point_is_told_once():
     speeds = data.rename({"sample.seed": "sample.speed"})
     assert tables.head_and_columns(speeds)[2].endswith("samples is unknown (replicas: 3)")
     # of two seeds none is the larger: they are names, also where they are drawn
-    seeds = tables.against(data, "final_filling_factor")
+    seeds = against(data, "final_filling_factor")
     assert seeds.ticks == ["1", "4"] and seeds.varies
 
 

@@ -1,6 +1,10 @@
 """A collision of two bodies between the first and the last snapshot."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from contextlib import suppress
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.analysis.fragments import (
     find_fragments,
@@ -12,8 +16,11 @@ from dusttaichi.analysis.outcome import NOT_MET, PAGE, PASSED, determine_outcome
 from dusttaichi.analysis.restitution import measure_restitution
 from dusttaichi.errors import DustError
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
-def _measure(run):
+
+def _measure(run: Run) -> dict[str, Any]:
     bodies, fragments = run.bodies(), find_fragments(run)
     numbers = {
         "speed": run.sample["speed"],
@@ -33,7 +40,7 @@ def _measure(run):
     return numbers
 
 
-def _format_outcome(value, n):
+def _format_outcome(value: str, n: Mapping[str, Any]) -> str:
     if value == NOT_MET:
         return "the bodies have not met yet: let the run continue"
     if value == PASSED:
@@ -44,11 +51,11 @@ def _format_outcome(value, n):
     )
 
 
-def _format_outcome_rows(value, n):
+def _format_outcome_rows(value: str, n: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     return [("outcome", _format_outcome(value, n), ""), ("definition of outcomes", PAGE, "")]
 
 
-def _format_settled(value, n):
+def _format_settled(value: bool, n: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     text = "fragments still change between the last two snapshots: let the run continue"
     return [] if value else [("note", text, "")]
 

@@ -1,5 +1,10 @@
 """Compression under a wall or from all sides, and unloading."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from dusttaichi.analysis.compression import (
@@ -9,7 +14,7 @@ from dusttaichi.analysis.compression import (
     measure_compression_curve,
 )
 from dusttaichi.analysis.compression_fit import fit_compression, measure_deviation
-from dusttaichi.analysis.cycles import measure_unloadings
+from dusttaichi.analysis.cycles import Unloading, measure_unloadings
 from dusttaichi.analysis.dynamic import PLATEAU, measure_dynamic_compression
 from dusttaichi.analysis.isotropic import measure_isotropic_compression
 from dusttaichi.analysis.kind import is_dynamic
@@ -25,6 +30,12 @@ from dusttaichi.analysis.numbers.number_registry import (
 from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
 from dusttaichi.results.datasets import read_at
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.isotropic import Ratio
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.laws import CompressionLaw
+
 
 PEAKS = 10  #: Successive records whose largest force PD08 (section 3.1.2) took.
 AT = (0.2, 0.3, 0.4, 0.45)  #: Filling factors at which comparisons list pressure and contacts.
@@ -44,7 +55,7 @@ PD08 = "500 Pa (PD08)"
 FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a fast wall
 
 
-def _measure(run):
+def _measure(run: Run) -> dict[str, Any]:
     law, curve, plates = (
         choose_compression_law(run),
         measure_compression_curve(run),
@@ -80,12 +91,12 @@ def _measure(run):
     return numbers | {name: getattr(fit, name) for name in names}
 
 
-def _choose_highest_pressure(run):
+def _choose_highest_pressure(run: Run) -> float:
     """Pressure [Pa] up to which the mean distance from the law is taken."""
     return PLATES if run.boundary == "plates" else HIGH_MEAN
 
 
-def _measure_inner_part(run, law):
+def _measure_inner_part(run: Run, law: CompressionLaw) -> dict[str, Any]:
     """Filling factor of the inner part at the end, and its mean distance from the law."""
     try:
         curve = measure_compression_curve(run, quantity=INNER)
@@ -98,13 +109,13 @@ def _measure_inner_part(run, law):
     }
 
 
-def _is_momentary(run):
+def _is_momentary(run: Run) -> bool:
     """True between plates for averages over a few steps, the condition of PD08's peaks."""
     window = run.scene.get("output", {}).get("window", "interval")
     return run.boundary == "plates" and window != "interval" and int(window) <= PEAKS
 
 
-def _measure_at_filling_factors(run):
+def _measure_at_filling_factors(run: Run) -> dict[str, float]:
     """QUANTITIES at the filling factors AT."""
     series, numbers = run.part_that("compresses").series, {}
     for value in AT:
@@ -115,8 +126,10 @@ def _measure_at_filling_factors(run):
     return numbers
 
 
-def _build_deviation_rows(title, name):
-    def rows(value, n):
+def _build_deviation_rows(
+    title: str, name: str
+) -> Callable[[float, Mapping[str, Any]], list[tuple[str, str, str]]]:
+    def rows(value: float, n: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         low, high = n[f"{name}_p_low"], n[f"{name}_p_high"]
         within = "no common range of pressures"
         if np.isfinite(value):
@@ -127,7 +140,7 @@ def _build_deviation_rows(title, name):
     return rows
 
 
-def _choose_column(name, value):
+def _choose_column(name: str, value: float) -> tuple[str, str, float] | None:
     """Only the contacts at two filling factors fit into a terminal."""
     shown = name == "contacts_per_grain" and value in (0.3, 0.45)
     return (f"contacts/grain at {value:g}", "{:.2f}", 1) if shown else None
@@ -200,7 +213,7 @@ CURVE = Family(
 # -- a fast wall ---------------------------------------------------------------------------------
 
 
-def _measure_fast(run):
+def _measure_fast(run: Run) -> dict[str, float]:
     numbers = dict(vars(measure_dynamic_compression(run, FITS.values())))
     fits = numbers.pop("fits")
     for key, which in FITS.items():
@@ -209,16 +222,16 @@ def _measure_fast(run):
     return {name: value for name, value in numbers.items() if np.isfinite(value)}
 
 
-def _format_kpa(value, n=None):
+def _format_kpa(value: float, n: Mapping[str, Any] | None = None) -> str:
     return f"{value / 1e3:.3g} kPa"
 
 
-def _format_momentum(n):
+def _format_momentum(n: Mapping[str, Any]) -> str:
     value = n["plateau_momentum"]
     return "" if value is None else f"{_format_kpa(value)} (momentum)"
 
 
-def _format_front(value, n):
+def _format_front(value: float, n: Mapping[str, Any]) -> str:
     speed = format_quantity(value, "m/s", n["front_speed_sigma"])
     return f"{speed}, phi {n['layer']:.2g} behind it"
 
@@ -256,7 +269,7 @@ FAST = Family(
 # -- from all sides, and unloading ---------------------------------------------------------------
 
 
-def list_ratio_numbers(name, ratio):
+def list_ratio_numbers(name: str, ratio: Ratio) -> dict[str, float]:
     """Values of the rows of a `Ratio` by their names, {} of one without bins."""
     if not np.isfinite(ratio.value):
         return {}
@@ -264,10 +277,10 @@ def list_ratio_numbers(name, ratio):
     return {name: ratio.value} | ends
 
 
-def build_ratio_text(name):
+def build_ratio_text(name: str) -> Callable[[float, Mapping[str, Any]], str]:
     """Text of the row `name` of a `Ratio`, with its scatter and range."""
 
-    def text(value, n):
+    def text(value: float, n: Mapping[str, Any]) -> str:
         covered = f"phi {n[f'{name}_low']:.3g}-{n[f'{name}_high']:.3g}"
         return f"{value:.3g}, scatter {n[f'{name}_scatter']:.2f} dex ({covered})"
 
@@ -295,7 +308,7 @@ ISOTROPIC = Family(
 )  # fmt: skip
 
 
-def _find_last_unloading(run):
+def _find_last_unloading(run: Run) -> Unloading | dict[str, Any]:
     """The last Unloading with enough records for a modulus, or {}."""
     with_modulus = [
         unloading for unloading in measure_unloadings(run) if np.isfinite(unloading.modulus)
@@ -303,7 +316,7 @@ def _find_last_unloading(run):
     return with_modulus[-1] if with_modulus else {}
 
 
-def _format_modulus(value, n):
+def _format_modulus(value: float, n: Mapping[str, Any]) -> str:
     text, pressure = format_quantity(value, "Pa", n["release_sigma"]), n["release_pressure"]
     return f"{text} (from {format_quantity(pressure, 'Pa')}, filling factor {n['release_phi']:.3g})"
 

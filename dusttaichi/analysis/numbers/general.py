@@ -1,14 +1,20 @@
 """Numbers of every run: its end, its ledger, its size, its wall time."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dusttaichi.analysis.ledger import compute_ledger
-from dusttaichi.analysis.load_control import CLOSE, measure_load_control
+from dusttaichi.analysis.ledger import Ledger, compute_ledger
+from dusttaichi.analysis.load_control import CLOSE, LoadControl, measure_load_control
 from dusttaichi.analysis.loads import (
+    ControlledLoad,
+    StrengthTest,
     measure_controlled_loads,
     measure_shear_tests,
     measure_triaxial_tests,
@@ -27,23 +33,26 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.datasets import read_at
 from dusttaichi.scene import quantities
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 class _FinalState:
     """The last record of a Run, and numbers from its series."""
 
-    def __init__(self, run):
+    def __init__(self, run: Run) -> None:
         self.run, self.grains = run, run.grains
         self.series = run.series if len(run.series.time) else {}
 
-    def __call__(self, name, convert=float):
+    def __call__(self, name: str, convert: Callable[[Any], Any] = float) -> Any:
         return convert(self.series[name].values[-1]) if name in self.series else None
 
     @cached_property
-    def ledger(self):
+    def ledger(self) -> Ledger:
         return compute_ledger(self.run)
 
     @property
-    def pressure(self):
+    def pressure(self) -> float | None:
         """Pressure on the top wall [Pa], or None."""
         if "pressure" not in self.series:
             return None
@@ -51,19 +60,19 @@ class _FinalState:
         return value if np.isfinite(value) else None
 
     @property
-    def rate(self):
+    def rate(self) -> float | None:
         steps, seconds = self("step"), self("wall_clock")
         return steps / seconds if steps and seconds else None
 
     @property
-    def contacts_per_grain(self):
+    def contacts_per_grain(self) -> float | None:
         count = self("contact_count")
         return None if count is None or not self.grains else count / self.grains
 
     @property
-    def missed_loads(self):
+    def missed_loads(self) -> list[tuple[str, float, float]]:
         """(stage, load, prescribed load) [Pa] of loads that their stages do not reach or hold."""
-        tests_by_stage = {
+        tests_by_stage: dict[str, tuple[float, ControlledLoad | StrengthTest]] = {
             load.stage: (load.pressure, load) for load in measure_controlled_loads(self.run)
         }
         for tests in (measure_shear_tests, measure_triaxial_tests):
@@ -76,16 +85,18 @@ class _FinalState:
         ]
 
     @cached_property
-    def load_controls(self):
+    def load_controls(self) -> list[LoadControl]:
         return measure_load_control(self.run)
 
     @property
-    def load_missed_share(self):
+    def load_missed_share(self) -> float | None:
         """Largest share of a stage in which the load was missed, or None."""
         return max((stage.missed_share for stage in self.load_controls), default=None)
 
 
-def _format_load_control(value, n):
+def _format_load_control(
+    value: Sequence[Mapping[str, Any]], n: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
     """A row of each stage; value: LoadControls as dicts."""
     rows = []
     for load in value:
@@ -98,7 +109,9 @@ def _format_load_control(value, n):
     return rows
 
 
-def _format_missed_loads(value, n):
+def _format_missed_loads(
+    value: Sequence[tuple[str, float, float]], n: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
     rows = []
     for stage, pressure, prescribed in value:
         texts = [format_quantity(p, "Pa") for p in (pressure, prescribed)]
@@ -107,12 +120,12 @@ def _format_missed_loads(value, n):
     return rows
 
 
-def _format_advice(value, n):
+def _format_advice(value: str, n: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     pairs = (text.split(": ", 1) for text in value.split("\n"))
     return [(f"set {key}", reason, "") for key, reason in pairs]
 
 
-def _format_contacts_per_grain(value, n):
+def _format_contacts_per_grain(value: float, n: Mapping[str, Any]) -> str:
     coordination = n["coordination_number"]
     remark = (
         ""
@@ -122,14 +135,16 @@ def _format_contacts_per_grain(value, n):
     return f"{value:.2f}{remark}"
 
 
-def _format_initial_contacts(value, n):
+def _format_initial_contacts(
+    value: Mapping[str, Any], n: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
     correction = value.get("done")
     return [
         ("contacts at the start", value["text"] + (f": {correction}" if correction else ""), "")
     ]
 
 
-def _format_duration(seconds, n=None):
+def _format_duration(seconds: float, n: Mapping[str, Any] | None = None) -> str:
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, seconds = divmod(round(seconds), 60)

@@ -1,13 +1,23 @@
 """Rows of the registry of numbers, and their texts in tables."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.analysis.texts import TextColumn
+
 
 AUTO = "auto"
 TABLES, ENSEMBLES, FILE = "tables", "ensembles", "file"
@@ -44,7 +54,7 @@ class Observable:
     reason_row: str = ""
     text: Any = AUTO
     literature: Any = ""
-    rows: Callable | None = None
+    rows: Callable[[Any, Mapping[str, Any]], list[tuple[str, str, str]]] | None = None
     column: Any = AUTO
     short: str = ""
     sweeps: str = TABLES
@@ -69,7 +79,7 @@ class Observable:
             value = measured.get(name) if by_key else getattr(measured, name)
         return value.item() if isinstance(value, np.generic) else value
 
-    def table_rows(self, numbers: Mapping) -> list[tuple[str, str, str]]:
+    def table_rows(self, numbers: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         """Its rows (what, run, literature) in the table of a run; numbers: its `summarise`."""
         value = numbers.get(self.name)
         if value is None or self.text is None:
@@ -81,21 +91,21 @@ class Observable:
         literature = self.literature(numbers) if callable(self.literature) else self.literature
         return [(self.title, self._text(value, numbers), literature)]
 
-    def cell(self, value: Any, numbers: Mapping) -> str:
+    def cell(self, value: Any, numbers: Mapping[str, Any]) -> str:
         """Its text in a comparison of runs, "-" without a value."""
         if not is_known(value):
             return "-"
         if self.column == AUTO or isinstance(value, bool):
             return self.plain(value, numbers)
         _, text, size = self.column
-        return text.format(value if size == 1 else value / size)
+        return str(text.format(value if size == 1 else value / size))
 
-    def _text(self, value, numbers):
+    def _text(self, value: Any, numbers: Mapping[str, Any]) -> str:
         if isinstance(self.text, str) and self.text != AUTO:
             return self.text.format(value)
-        return self.text(value, numbers) if callable(self.text) else self.plain(value, numbers)
+        return str(self.text(value, numbers)) if callable(self.text) else self.plain(value, numbers)
 
-    def plain(self, value: Any, numbers: Mapping) -> str:
+    def plain(self, value: Any, numbers: Mapping[str, Any]) -> str:
         """Its value with unit and uncertainty."""
         if isinstance(value, bool):
             return "yes" if value else "no"
@@ -126,9 +136,10 @@ class Family:
     optional: bool = False
     compared: bool = False
 
-    def evaluate(self, run) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    def evaluate(self, run: Run) -> tuple[dict[str, Any], list[tuple[str, str]]]:
         """(values of a Run by the names of the rows, (title, error) of those not measured)."""
-        values, failed = dict.fromkeys(number.name for number in self.numbers), []
+        values: dict[str, Any] = dict.fromkeys(number.name for number in self.numbers)
+        failed: list[tuple[str, str]] = []
         try:
             if not self.applies(run):
                 return values, failed
@@ -156,8 +167,8 @@ class Statistics:
 
     name: str
     title: str
-    table: Callable[[Any], tuple[list, list]] = lambda data: ([], [])
-    draw: Callable[[Any], Any] = lambda data: None
+    table: Callable[[xr.Dataset], tuple[list[TextColumn], list[str]]] = lambda data: ([], [])
+    draw: Callable[[xr.Dataset], Figure | None] = lambda data: None
 
 
 GENERAL = 100.0
@@ -169,23 +180,27 @@ def quiet(name: str, title: str, unit: str | None = "1", **options: Any) -> Obse
     return Observable(name=name, title=title, unit=unit, **options)
 
 
-def strength_by_law(name: str, prefix: str = "") -> Callable[[Mapping], str]:
+def strength_by_law(name: str, prefix: str = "") -> Callable[[Mapping[str, Any]], str]:
     """Literature beside a strength: the value of the row `name`, its tensile strength by T19."""
 
-    def text(numbers):
+    def text(numbers: Mapping[str, Any]) -> str:
         law = numbers.get(name)
-        return f"{format_quantity(law, 'Pa')} ({prefix}T19 eq 33)" if is_known(law) else ""
+        if law is None or not is_known(law):
+            return ""
+        return f"{format_quantity(law, 'Pa')} ({prefix}T19 eq 33)"
 
     return text
 
 
-def strength_text(passed: str, subject: str, error: str = "") -> Callable[[Any, Mapping], str]:
+def strength_text(
+    passed: str, subject: str, error: str = ""
+) -> Callable[[Any, Mapping[str, Any]], str]:
     """Text of a strength.
 
     passed: row that is true if the maximum was measured. subject: start of the remark otherwise.
     """
 
-    def text(value, numbers):
+    def text(value: float, numbers: Mapping[str, Any]) -> str:
         strength = format_quantity(value, "Pa", numbers.get(error))
         return strength if numbers[passed] else f"at least {strength}: the {subject} not fallen yet"
 
@@ -204,4 +219,4 @@ def reason(error: Exception) -> str:
 
 def is_known(value: Any) -> bool:
     """False for None, what is not a number, and an empty text."""
-    return value is not None and value == value and value != ""
+    return bool(value is not None and value == value and value != "")

@@ -1,7 +1,12 @@
 """Shear and triaxial tests: strength of the last one, and line of friction through all."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from dusttaichi.analysis.friction import fit_friction
 from dusttaichi.analysis.loads import (
-    fit_friction,
     is_triaxial,
     measure_shear_tests,
     measure_triaxial_tests,
@@ -9,14 +14,20 @@ from dusttaichi.analysis.loads import (
 from dusttaichi.analysis.numbers.number_registry import AUTO, Family, Observable, quiet, uncertainty
 from dusttaichi.analysis.texts import format_quantity
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.loads import StrengthTest
+    from dusttaichi.analysis.run import Run
 
-def _build_measurement(prefix, measure_tests, attribute_prefix):
+
+def _build_measurement(
+    prefix: str, measure_tests: Callable[[Run], Sequence[StrengthTest]], attribute_prefix: str
+) -> Callable[[Run], dict[str, float]]:
     """Measurement of one kind of test.
 
     measure_tests: function from a Run to all of them; attribute_prefix: of Friction.
     """
 
-    def measure(run):
+    def measure(run: Run) -> dict[str, float]:
         tests = measure_tests(run)
         # under another load than the prescribed one (`missed_loads`) there is no strength to give
         names = () if tests[-1].missed else ("strength", "strength_sigma", "load", "density")
@@ -29,15 +40,15 @@ def _build_measurement(prefix, measure_tests, attribute_prefix):
     return measure
 
 
-def _list_test_numbers(prefix, strength, load):
+def _list_test_numbers(prefix: str, strength: str, load: str) -> tuple[Observable, ...]:
     """Rows of one kind of test; strength, load: names of the stresses."""
 
-    def under(value, n):
+    def under(value: float, n: Mapping[str, Any]) -> str:
         text = format_quantity(value, "Pa", n[f"{prefix}_strength_sigma"])
         load, phi = format_quantity(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
         return f"{text} (under {load}, filling factor {phi:.3g})"
 
-    def degrees(value, n):
+    def degrees(value: float, n: Mapping[str, Any]) -> str:
         sigma = n[f"{prefix}_angle_sigma"]
         return f"{value:.3g}{f' ± {sigma:.2g}' if sigma == sigma else ''}°"
 

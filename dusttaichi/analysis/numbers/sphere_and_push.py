@@ -1,11 +1,19 @@
 """A rigid sphere that penetrates grains, and the wave of a push."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from dusttaichi.analysis.arrival import fit_sound_speed, measure_arrival
 from dusttaichi.analysis.numbers.number_registry import Family, Observable, quiet, uncertainty
 from dusttaichi.analysis.penetration import measure_penetration
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
-def _measure(run):
+
+def _measure(run: Run) -> dict[str, float]:
     """Depth and time of the stop, or the largest depth; the largest upward force.
 
     The force is averaged between two records.
@@ -17,7 +25,7 @@ def _measure(run):
     return force | {"sphere_depth": stop.depth, "sphere_stopping_time": stop.time}
 
 
-def _format_stop(value, n):
+def _format_stop(value: float, n: Mapping[str, Any]) -> str:
     return f"{value * 1e6:.4g} µm, where it stops after {n['sphere_stopping_time'] * 1e6:.4g} µs"
 
 

@@ -1,5 +1,10 @@
 """Strength of a stretched sample."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from dusttaichi.analysis.numbers.number_registry import (
     Family,
     Observable,
@@ -11,13 +16,16 @@ from dusttaichi.analysis.numbers.number_registry import (
 from dusttaichi.analysis.tensile import measure_tensile_strength
 from dusttaichi.analysis.tension import explain_missing_strength
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
-def _measure(run):
+
+def _measure(run: Run) -> dict[str, Any]:
     problem = explain_missing_strength(run)
     return {"strength_problem": problem} if problem else vars(measure_tensile_strength(run))
 
 
-def _format_strength_location(value, n):
+def _format_strength_location(value: float, n: Mapping[str, Any]) -> str:
     return f"{value:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})"
 
 

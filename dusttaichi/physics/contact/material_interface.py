@@ -5,9 +5,10 @@ from math import sqrt
 from typing import Any
 
 
-def reduced_modulus(material):
+def reduced_modulus(material: Any) -> float:
     """E* of two grains of one material [Pa] (S12 sect. 2.1)."""
-    return material.young_modulus / (2.0 * (1.0 - material.poisson_ratio**2))
+    modulus: float = material.young_modulus / (2.0 * (1.0 - material.poisson_ratio**2))
+    return modulus
 
 
 def shear_modulus(material):
