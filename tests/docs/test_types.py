@@ -38,7 +38,7 @@ STRICT = [
     "results",
     "running",
     "analysis",
-    "samples/*.py",
+    "samples",
     "studies/[!c]*.py",
     "studies/colliding_bodies.py",
     "units.py",

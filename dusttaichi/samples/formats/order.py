@@ -1,13 +1,21 @@
 """Order of columns that have no names: what their values allow, or a request for the key."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.samples.formats.names import IGNORED, find_quantity, is_complete
 from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
+
+if TYPE_CHECKING:
+    from dusttaichi.errors import DustError
 
 LOOKED_AT = 2000  # grains: an overlap among them refuses an order
 TOUCHING = 1e-3  # gap or overlap over the sum of two radii, up to which disks touch
@@ -17,7 +25,7 @@ KEY = (
 )
 
 
-def guess(values: list, source: Source, row: int) -> list[str]:
+def guess(values: list[NDArray[Any]], source: Source, row: int) -> list[str]:
     """Names of the columns of unnamed rows, of which `row` is the first.
 
     Three numbers are x y z, unless they are disks x y r that touch; a text and three numbers are
@@ -55,7 +63,7 @@ def guess(values: list, source: Source, row: int) -> list[str]:
     )
 
 
-def _unknown_order(column_types, source: Source, row: int, example: str):
+def _unknown_order(column_types: str, source: Source, row: int, example: str) -> DustError:
     return source.fault(
         f"its columns have no names, and {source.quote(row)} has {len(column_types)}, whose order "
         "is "
@@ -63,7 +71,7 @@ def _unknown_order(column_types, source: Source, row: int, example: str):
     )
 
 
-def _refuse_disks(columns, source: Source, row: int) -> None:
+def _refuse_disks(columns: Sequence[NDArray[Any]], source: Source, row: int) -> None:
     """Raise DustError where three columns can be x, y and radius of disks, some of which touch."""
     x, y, r = (np.asarray(column, float)[:LOOKED_AT] for column in columns)
     disks = [x, y, np.zeros_like(x), r]
@@ -78,14 +86,14 @@ def _refuse_disks(columns, source: Source, row: int) -> None:
         )
 
 
-def _counts(values) -> bool:
+def _counts(values: NDArray[Any]) -> bool:
     """True for consecutive whole numbers from 0 or 1 on."""
     return (
         is_integer_column(values, 0) and bool(np.all(np.diff(values) == 1)) and values[0] in (0, 1)
     )
 
 
-def are_apart(columns) -> bool:
+def are_apart(columns: Sequence[NDArray[Any]]) -> bool:
     """True where the columns x, y, z, r are spheres that do not overlap much."""
     x = np.column_stack(columns)[:LOOKED_AT]
     if not np.isfinite(x).all() or np.any(columns[3] <= 0):
@@ -115,7 +123,7 @@ def _form(name: str) -> str | None:
     return name[1:].lower() if name[:1].lower() in "xyz" and name[1:].lower() in _FORMS else None
 
 
-def has_position(names) -> bool:
+def has_position(names: Sequence[str]) -> bool:
     """True where the names have x, y and z in one form."""
     plain = [_plain(name) for name in names]
     low = [name.lower() for name in plain]

@@ -3,10 +3,19 @@
 Source of the columns: lammps.org, read_data, section Atoms.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.names import names_in
 from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
+
+if TYPE_CHECKING:
+    from dusttaichi.samples.formats.data import DataFile
+
 
 POSITION = ("x", "y", "z")
 FLAGS = ("nx", "ny", "nz")  # images, behind the columns of any style
@@ -46,7 +55,7 @@ _MARGIN = 1e-3  # of an edge: LAMMPS wraps grains into the box before it writes 
 _MARKS = {"ellipsoid": "llipsoids", "line": "ines", "tri": "riangles", "body": "odies"}
 
 
-def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
+def columns_of(values: list[NDArray[Any]], data: DataFile, source: Source) -> tuple[str, list[str]]:
     """Style and names of the columns of the section Atoms.
 
     The style is that of the scene, of the file's comment, or the only one that its columns and
@@ -67,7 +76,7 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
               if any(name.endswith(mark) for name in (*data.counts, *data.sections))]  # fmt: skip
     fits = [(style, names) for style in (marked or STYLES) if (names := _names(style, len(values)))
             and not _misfit(names, values, data, source, inside=True)]  # fmt: skip
-    readings = {}
+    readings: dict[tuple[Any, ...], list[tuple[str, list[str]]]] = {}
     for style, names in fits:
         readings.setdefault(_reading(names, values), []).append((style, names))
     # concentrations can be anything, and must not be what is left of a damaged file
@@ -92,7 +101,7 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
     )
 
 
-def _of_style(style, values, data, source):
+def _of_style(style: str, values: list[NDArray[Any]], data: DataFile, source: Source) -> list[str]:
     """Names of the columns of a style. Raises DustError where it has others or other values."""
     row = source.quote(data.sections["Atoms"][0])
     if style not in STYLES:
@@ -114,7 +123,7 @@ def _of_style(style, values, data, source):
     return names
 
 
-def _refuse_infinite(values, data, source) -> None:
+def _refuse_infinite(values: list[NDArray[Any]], data: DataFile, source: Source) -> None:
     for n, numbers in enumerate(values):
         if not is_text(numbers) and not np.isfinite(numbers).all():
             k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
@@ -123,7 +132,7 @@ def _refuse_infinite(values, data, source) -> None:
             )
 
 
-def _names(style, width):
+def _names(style: str, width: int) -> list[str] | None:
     """Names of `width` columns of a style, also with image flags; None for another number."""
     names = STYLES[style].split()
     if style == "tdpd":
@@ -133,7 +142,9 @@ def _names(style, width):
     return None if flags is None else [*names, *flags]
 
 
-def _misfit(names, values, data, source, inside) -> str | None:
+def _misfit(
+    names: list[str], values: list[NDArray[Any]], data: DataFile, source: Source, inside: bool
+) -> str | None:
     """Reason why values are not of these columns, or None; inside: positions are in the box."""
     column = dict(zip(names, values, strict=True))
     types = data.counts.get("atom types", np.inf)
@@ -170,7 +181,7 @@ def _misfit(names, values, data, source, inside) -> str | None:
     return None
 
 
-def _reading(names, values):
+def _reading(names: list[str], values: list[NDArray[Any]]) -> tuple[tuple[Any, ...] | None, ...]:
     """Grains by these columns, as a key."""
     read = ("type", *POSITION, "diameter")
     columns = dict(zip(names, values, strict=True))

@@ -1,23 +1,33 @@
 """Text of files with grains: plain or packed, and tables of numbers that name the line at fault."""
 
+from __future__ import annotations
+
 import bz2
 import csv
 import gzip
 import lzma
 import re
 import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.formats.contents import GRAINS, Contents
 from dusttaichi.samples.sample import check_grains, memory
 
-PACKED = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}
+PACKED: dict[bytes, Callable[..., Any]] = {
+    b"\x1f\x8b": gzip.open,
+    b"BZh": bz2.open,
+    b"\xfd7zXZ": lzma.open,
+}
 _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")  # 1.2D-06
 _SHOWN = 60  # characters of a line in a message
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -48,9 +58,9 @@ class Source:
         if self.snapshot != "last":
             raise self.fault("such a file has no snapshots; leave sample.snapshot out.")
 
-    def choose_frame(self, frames: list):
+    def choose_frame(self, frames: Sequence[T]) -> T:
         """The requested one of the snapshots, a number from 0 or "last"."""
-        number = len(frames) - 1 if self.snapshot == "last" else self.snapshot
+        number = len(frames) - 1 if isinstance(self.snapshot, str) else self.snapshot
         if not 0 <= number < len(frames):
             raise DustError(
                 f"sample.snapshot = {self.snapshot}: {self.name} has {len(frames)} snapshots; "
@@ -129,7 +139,9 @@ class Cells:
 SPACES = Cells()
 
 
-def parse(source: Source, rows: list[int], cells: Cells = SPACES, width: int | None = None) -> list:
+def parse(
+    source: Source, rows: list[int], cells: Cells = SPACES, width: int | None = None
+) -> list[NDArray[Any]]:
     """Columns of the lines `rows`: arrays (N,) of numbers, or of str where one is none.
 
     width: number of columns, by default that of the first row. Raises DustError, with the line, for
@@ -159,19 +171,19 @@ def parse(source: Source, rows: list[int], cells: Cells = SPACES, width: int | N
     return [_column(column, cells) for column in zip(*table, strict=True)]
 
 
-def _column(texts, cells):
+def _column(texts: Sequence[str], cells: Cells) -> NDArray[Any]:
     try:
         return np.array([cells.number(text) for text in texts])
     except ValueError:
         return np.array(texts, dtype=object)
 
 
-def is_text(values: np.ndarray) -> bool:
+def is_text(values: NDArray[Any]) -> bool:
     """True for a column that is not made of numbers alone."""
     return values.dtype == object
 
 
-def is_integer_column(values: np.ndarray, least: float = -np.inf) -> bool:
+def is_integer_column(values: NDArray[Any], least: float = -np.inf) -> bool:
     """True for a column of whole numbers, none below `least`."""
     if is_text(values) or not np.isfinite(values).all():
         return False

@@ -5,10 +5,15 @@ its components, in any order: (grain, xyz), (xyz, grain), (time, grain). Dimensi
 are in the order (snapshot, grain, xyz), where the components are three.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.columns import Table, check_lengths
 from dusttaichi.samples.formats.names import (
@@ -25,6 +30,10 @@ from dusttaichi.samples.formats.names import (
 )
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.sample import check_grains
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 SNAPSHOT, GRAIN, COMPONENT = "snapshot", "grain", "component"
 _NAMES = {  # without an s of the plural and n_ in front
@@ -46,9 +55,9 @@ class Frame:
     index: function of a number of snapshots, the index of the requested one.
     """
 
-    variables: dict
+    variables: Mapping[str, xr.Variable]
     elsewhere: tuple[str, ...]
-    index: object
+    index: Callable[[int], int]
     source: Source
 
 
@@ -68,14 +77,18 @@ def read_columns(frame: Frame) -> tuple[Table, list[str]]:
     Raises DustError for shapes that are none of grains, texts in place of numbers, units of another
     dimension, and different numbers of grains.
     """
-    names, values, units, unread = [], [], [], []
-    first = None
+    names: list[str] = []
+    values: list[NDArray[Any]] = []
+    units: list[float | None] = []
+    unread: list[str] = []
+    first: tuple[str, NDArray[Any]] | None = None
     for name, variable in sorted(frame.variables.items(), key=_order):
         if name in frame.elsewhere or name in variable.dims:  # the latter are labels
             continue
         column = _column(name, variable, frame.source)
-        array = None if column is None else _array(name, column, frame, first and len(first[1]))
-        if array is None:
+        count = None if first is None else len(first[1])
+        array = None if column is None else _array(name, column, frame, count)
+        if column is None or array is None:
             unread.append(name)
             continue
         first = first or (name, array)
@@ -91,26 +104,26 @@ def read_columns(frame: Frame) -> tuple[Table, list[str]]:
     return Table(names, values, units=units), unread
 
 
-def _order(item):
+def _order(item: tuple[str, xr.Variable]) -> tuple[bool, bool]:
     """Key that sorts positions first, whose number of grains counts, and single numbers last."""
     name, variable = item
     meaning = (find_quantity(name) or ("",))[0]
     return variable.ndim == 0, "position" not in (_vector(name), meaning)
 
 
-def _vector(name):
+def _vector(name: str) -> str | None:
     """Quantity of the name of a vector or of the tensor, or None."""
     plain = name.strip().lower()
     return "deviator" if plain in DEVIATORS else STEMS.get(plain)
 
 
-def _axis_of(dim):
+def _axis_of(dim: Hashable) -> str | None:
     """SNAPSHOT, GRAIN or COMPONENT by the name of a dimension, or None."""
     name = re.sub(r"^(?:num|number_of|no|n)_", "", str(dim).lower())
     return _MEANINGS.get(name) or _MEANINGS.get(name.rstrip("s"))
 
 
-def _column(name, variable, source):
+def _column(name: str, variable: xr.Variable, source: Source) -> _Column | None:
     """The _Column of a variable, None for one that is not read."""
     plain, unit = heading(name, source)
     meaning, vector = find_quantity(plain), _vector(plain)
@@ -126,14 +139,15 @@ def _column(name, variable, source):
     if text is not None and text not in _EMPTY and quantity in DIMENSIONS:
         origin = f"{source.name}, units of {name}"
         unit = unit_factor(str(text), quantity, origin, source.contents)
+    components: tuple[str, ...] = ()
     if vector == "deviator":
         components = TENSOR if len(TENSOR) in variable.shape else FULL_TENSOR
-    else:
-        components = vector and COMPONENTS.get(vector, tuple(f"{plain}_{axis}" for axis in "xyz"))
-    return _Column(quantity, plain, unit, components or ())
+    elif vector:
+        components = COMPONENTS.get(vector) or tuple(f"{plain}_{axis}" for axis in "xyz")
+    return _Column(quantity, plain, unit, components)
 
 
-def _array(name, column, frame, count):
+def _array(name: str, column: _Column, frame: Frame, count: int | None) -> NDArray[Any] | None:
     """Values (N,) or (N, components); None for a variable of another shape that may have one."""
     variable, source = frame.variables[name], frame.source
     quantity, size = column.quantity, len(column.components)
@@ -153,23 +167,23 @@ def _array(name, column, frame, count):
         )
     check_grains(variable.sizes[axes[GRAIN]], source.name)
     if SNAPSHOT in axes:
-        along = axes[SNAPSHOT]
-        variable = variable.isel({along: frame.index(variable.sizes[along])})
+        snapshots = axes[SNAPSHOT]
+        variable = variable.isel({snapshots: frame.index(variable.sizes[snapshots])})
     values = variable.transpose(*[axes[n] for n in (GRAIN, COMPONENT) if n in axes]).values
     if quantity in TEXTS and values.dtype.kind in "OSU":
         return np.array([_text(value) for value in values], dtype=object)
     return _numbers(values, name, source)
 
 
-def _is_labelled(dim, frame) -> bool:
+def _is_labelled(dim: Hashable, frame: Frame) -> bool:
     """True for a dimension whose labels are names of axes."""
-    labels = frame.variables.get(dim)
+    labels = frame.variables.get(str(dim))
     if labels is None or labels.ndim != 1 or labels.size > 3 or labels.dtype.kind not in "OSU":
         return False
     return {_text(label).lower() for label in labels.values} <= set("xyz")
 
 
-def _axes(name, size, frame):
+def _axes(name: str, size: int, frame: Frame) -> dict[str, Hashable] | None:
     """Dimensions of grains, snapshots and `size` components, or None where they are others.
 
     Adds a remark where either of two dimensions can be that of the components.
@@ -206,7 +220,13 @@ def _axes(name, size, frame):
     )
 
 
-def _check_length(name, variable, array, first, source) -> None:
+def _check_length(
+    name: str,
+    variable: xr.Variable,
+    array: NDArray[Any],
+    first: tuple[str, NDArray[Any]],
+    source: Source,
+) -> None:
     """Raise DustError for another number of grains than that of the first variable."""
     if len(array) != len(first[1]):
         size = f", {array.shape[1]}" if array.ndim > 1 else ","
@@ -216,12 +236,12 @@ def _check_length(name, variable, array, first, source) -> None:
         )
 
 
-def _numbers(values, name, source):
+def _numbers(values: Any, name: str, source: Source) -> NDArray[np.float64]:
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise source.fault(f"{name} contains texts; allowed: numbers.") from None
 
 
-def _text(value):
+def _text(value: object) -> str:
     return value.decode(errors="replace").strip() if isinstance(value, bytes) else str(value)

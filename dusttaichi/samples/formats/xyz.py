@@ -1,9 +1,14 @@
 """XYZ and extended XYZ, as of ASE and OVITO."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.samples.formats.cell import cell
 from dusttaichi.samples.formats.columns import Units, make_table, state
@@ -33,7 +38,7 @@ def count_in(line: str) -> int | None:
     return None if match is None else int(match[1])
 
 
-def read(source: Source) -> dict:
+def read(source: Source) -> dict[str, Any]:
     """State of the requested snapshot, as columns.state, with the cell of an extended XYZ.
 
     Raises DustError where the number of grains is not that of the lines, and where columns without
@@ -62,14 +67,15 @@ def read(source: Source) -> dict:
     return state_of_frame
 
 
-def _is_row(text, width) -> bool:
+def _is_row(text: str, width: int) -> bool:
     """True for a line of as many numbers as grains have columns."""
     words = text.split()
     return len(words) == width and all(map(SPACES.is_number, words))
 
 
-def _frames(source):
-    lines, frames, n = source.lines, [], 0
+def _frames(source: Source) -> list[_Frame]:
+    lines, n = source.lines, 0
+    frames: list[_Frame] = []
     while n < len(lines):
         if not lines[n].strip() or (frames and lines[n].lstrip().startswith("#")):
             n += 1
@@ -103,18 +109,21 @@ def _frames(source):
     return frames
 
 
-def _names(info, about, values, frame, source):
+def _names(
+    info: Mapping[str, str], about: str, values: list[NDArray[Any]], frame: _Frame, source: Source
+) -> list[str]:
     width = len(values)
     if source.columns is not None:
-        return source.columns
+        return list(source.columns)
     if "properties" in info:
         return _properties(info["properties"], width, source, frame)
     return names_in(about, width, source) or guess(values, source, frame.rows[0])
 
 
-def _properties(text, width, source, frame):
+def _properties(text: str, width: int, source: Source, frame: _Frame) -> list[str]:
     """Names of the columns of an extended XYZ, from "species:S:1:pos:R:3:..."."""
-    words, names = text.split(":"), []
+    words = text.split(":")
+    names: list[str] = []
     if len(words) % 3 or not all(word.isdigit() for word in words[2::3]):
         raise source.fault(
             f"line {frame.about + 1}: Properties={text}; allowed: name:kind:columns for each "
@@ -137,7 +146,7 @@ def _properties(text, width, source, frame):
     return names
 
 
-def _cell(info, length, source, n):
+def _cell(info: Mapping[str, str], length: float, source: Source, n: int) -> dict[str, Any]:
     """Cell of Lattice, Origin and pbc."""
     try:
         vectors = np.array(info["lattice"].replace(",", " ").split(), float).reshape(3, 3)
