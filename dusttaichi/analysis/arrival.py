@@ -145,9 +145,9 @@ def _measure_push(run: Run) -> float:
 
     Raises DustError for several materials, or an unknown one.
     """
-    material = run.material
     if "size" in run.pushes[0]:
         return float(run.pushes[0]["size"])
+    material = run.material
     if material is None:
         raise DustError(
             f"{run.path}: its push has no displacement, and its grains not one material whose "
