@@ -125,7 +125,8 @@ def sum_fragments(
     spin = 0.4 * (masses * radius**2)[:, None] * spin_of_grains
     angular = _sum_by_label(label, masses[:, None] * np.cross(offset, relative) + spin, number)
     square = np.bincount(label, masses * (offset**2).sum(axis=1), minlength=number) / mass
-    volume = np.bincount(label, 4.0 / 3.0 * np.pi * radius**3, minlength=number)
+    volumes = 4.0 / 3.0 * np.pi * radius**3
+    volume = np.asarray(np.bincount(label, volumes, minlength=number), float)
     grains = np.bincount(label, minlength=number)
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
 
