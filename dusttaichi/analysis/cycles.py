@@ -9,7 +9,7 @@ bulk modulus, dP/d ln V).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from dusttaichi.results.datasets import read_at
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dusttaichi.analysis.run import Run
+Run = Any  # analysis.run.Run, which imports this module
 
 
 SHARE = 0.5  #: Share of the initial pressure of a stage over whose fall the slope is fitted.

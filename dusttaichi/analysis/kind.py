@@ -16,7 +16,8 @@ from dusttaichi.scene.numerics import DRAFT
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dusttaichi.analysis.run import Run
+Run = Any  # analysis.run.Run, which imports this module
+
 
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""

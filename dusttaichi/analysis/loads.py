@@ -19,8 +19,8 @@ from dusttaichi.scene.quantities import parse
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dusttaichi.analysis.kind import RunKind
-    from dusttaichi.analysis.run import Run
+RunKind = Any  # analysis.run.Run, which imports this module
+Run = Any  # analysis.run.Run, which imports this module
 
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.

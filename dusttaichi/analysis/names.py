@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import typeset
 
-if TYPE_CHECKING:
-    from dusttaichi.analysis.run import Run
+Run = Any  # analysis.run.Run, which imports this module
 
 
 MOST = 3  # largest number of differing keys in a name

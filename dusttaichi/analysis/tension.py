@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from dusttaichi.analysis.loads import find_drive, find_stage_block
 from dusttaichi.results.datasets import read_at
 
-if TYPE_CHECKING:
-    from dusttaichi.analysis.kind import RunKind
-    from dusttaichi.analysis.run import Run
+RunKind = Any  # analysis.run.Run, which imports this module
+Run = Any  # analysis.run.Run, which imports this module
 
 
 RECORDS = 10

@@ -5,7 +5,7 @@ Source of the columns: lammps.org, read_data, section Atoms.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from dusttaichi.samples.formats.names import names_in
 from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
 
-if TYPE_CHECKING:
-    from dusttaichi.samples.formats.data import DataFile
-
-
+DataFile = Any  # formats.data.DataFile, which imports this module
 POSITION = ("x", "y", "z")
 FLAGS = ("nx", "ny", "nz")  # images, behind the columns of any style
 STYLES = {
