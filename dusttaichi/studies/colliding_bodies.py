@@ -159,10 +159,14 @@ class MemberBodies(Encounter):
         """Sentence on contacts of the sample that push its grains apart, or ""."""
         return deep_overlaps(self.sample, Materials(self.scene))
 
+    @property
+    def _members(self) -> Any:
+        return self.run.members
+
     def validate(self, measurement: method.Measurement) -> None:
         """Raise GuardStop if its Measurement cannot be trusted."""
         run = self.run
-        grains = run.members.grains(self.member)
+        grains = self._members.grains(self.member)
         validity.validate(measurement, self, run.motion, run.contacts, run.sphere, grains=grains)
 
     def measure_relative_motion(self) -> NDArray[np.float64]:
@@ -174,7 +178,7 @@ class MemberBodies(Encounter):
     def label_grains(self) -> NDArray[np.intp]:
         """Fragment of each grain (N,), 0 the heaviest."""
         if self._labels is None or self._labels[0] != self.step:
-            pairs = self.run.members.pairs(self.member)
+            pairs = self._members.pairs(self.member)
             label = label_components(pairs, len(self.masses))[1]
             self._labels = self.step, largest_first(label, self.masses)
         return self._labels[1]
@@ -189,7 +193,7 @@ class MemberBodies(Encounter):
         The latter two half a step back.
         """
         scales = np.array([self.units(unit) for unit in ("m", "m/s", "rad/s")])
-        return np.asarray(self.run.members.motion(self.member) * scales[:, None, None])
+        return np.asarray(self._members.motion(self.member) * scales[:, None, None])
 
     def find_fragments(self) -> Fragments:
         """The Fragments now."""
