@@ -189,8 +189,9 @@ class Surfaces:
         """
         period = np.where(self._periodic, self._edges, np.inf)
         d = nearest_image(points[:, None] - self._x[grains], period)
-        distance = np.sqrt(np.einsum("pgk,pgk->pg", d, d))
-        return (distance - self._radius[grains]).min(axis=1)
+        gaps = np.sqrt(np.einsum("pgk,pgk->pg", d, d)) - self._radius[grains]
+        nearest: NDArray[np.float64] = gaps.min(axis=1)
+        return nearest
 
 
 def wrap_into_cell(

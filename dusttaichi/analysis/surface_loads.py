@@ -1,8 +1,15 @@
 """Loads and ways of the surfaces of a run along the directions in which they press."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
 
 @dataclass(frozen=True)
@@ -10,13 +17,15 @@ class SurfaceCourse:
     """Course of a surface along its direction, SI; arrays (n,) over the records."""
 
     name: str  #: As in the result.
-    time: np.ndarray  #: (n,).
-    load: np.ndarray  #: Force on the grains, average since the last record, (n,).
-    pressure: np.ndarray  #: This over the area of the surface, not a number without one, (n,).
-    way: np.ndarray  #: Since the start, (n,).
+    time: NDArray[np.float64]  #: (n,).
+    load: NDArray[np.float64]  #: Force on the grains, average since the last record, (n,).
+    pressure: NDArray[
+        np.float64
+    ]  #: This over the area of the surface, not a number without one, (n,).
+    way: NDArray[np.float64]  #: Since the start, (n,).
 
 
-def measure_surfaces(run):
+def measure_surfaces(run: Run) -> list[SurfaceCourse]:
     """SurfaceCourse of each surface of a run of grains that has moved, and has a direction."""
     if "surface_load" not in run.series:
         return []
