@@ -1,17 +1,27 @@
 """Snapshots in the formats that other programs read: ParaView, OVITO, ASE, LAMMPS."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dusttaichi.analysis.frame import count_frames
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import explain
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+
 
 __all__ = ["export"]
 
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
-def export(run, to, output=None, snapshot="all"):
+def export(
+    run: Run, to: str, output: str | Path | None = None, snapshot: int | str = "all"
+) -> list[Path]:
     """Write snapshots of a run for another program; files of the same names are overwritten.
 
     Parameters
@@ -48,7 +58,7 @@ def export(run, to, output=None, snapshot="all"):
         raise DustError(f"Cannot write to {folder}: {problem}.") from error
 
 
-def _get_writer(run, to):
+def _get_writer(run: Run, to: str) -> Callable[..., list[Path]]:
     run_method = run.method
     if to not in run_method.exports:
         allowed = ", ".join(run_method.exports) or "none"

@@ -7,14 +7,26 @@ grain has its `coordination`, its number of `wall_contacts`, and the `force_N` o
 `material` is the number of its material; OVITO applies `radius` and `color` by default.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import numpy as np
 from ase import Atoms
 from ase import units as ase_units
 from ase.io import write as ase_write
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.plots.grain_picture import choose_appearance, colour_grains, number_bodies
 from dusttaichi.results.outputs import check
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 FILE = "grains.extxyz"
 ANGSTROM = 1e-10  # [m]
@@ -22,7 +34,7 @@ DALTON = 1.0 / ase_units.kg  # [kg]
 UNITS = "pos, radius, Lattice, Origin: Angstrom; masses: u; momenta: ASE; time_s: s"
 
 
-def write(run, frames, folder):
+def write(run: Run, frames: Iterable[Frame], folder: Path) -> list[Path]:
     """Write the frames to one file in `folder`. Returns its path in a list."""
     masses = read_grain_masses(run)
     images = []
@@ -34,7 +46,7 @@ def write(run, frames, folder):
     return [folder / FILE]
 
 
-def make_atoms(frame, masses):
+def make_atoms(frame: Frame, masses: NDArray[np.float64]) -> Atoms:
     """Make ase.Atoms of a Frame; the masses of its grains [kg], (N,)."""
     bounded = np.isfinite(frame.edges)
     shift = np.array([0.5 * frame.tilt, 0.0, 0.0])  # a cell is sheared about its centre
@@ -68,7 +80,7 @@ def make_atoms(frame, masses):
     return image
 
 
-def _compute_colours(run, frame):
+def _compute_colours(run: Run, frame: Frame) -> NDArray[np.float64]:
     """Colours of the grains of a Frame, (N, 3) of 0 to 1.
 
     By body for a collision, else by coordination number, or height without contacts.
@@ -78,7 +90,7 @@ def _compute_colours(run, frame):
     return np.asarray(colour_grains(frame, appearance, None).colours)
 
 
-def _compute_cell(frame, bounded):
+def _compute_cell(frame: Frame, bounded: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Vectors of the cell [m], (3, 3), with the tilt of a sheared cell."""
     vectors = np.diag(np.where(bounded, frame.edges, 0.0))
     vectors[2, 0] = frame.tilt

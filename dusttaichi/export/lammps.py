@@ -7,13 +7,26 @@ of the wall of every wall contact. Forces are in nN: the sum over all contacts o
 of each contact, on its first grain. The type is the number of the material, from 1.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.results.outputs import check
 from dusttaichi.units import FORCE, LENGTH, MASS, SPEED, SPIN, TIME
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 GRAINS, CONTACTS, WALL_CONTACTS = "grains.dump", "contacts.dump", "wall_contacts.dump"
 GRAIN_COLUMNS = "id type x y z vx vy vz radius mass omegax omegay omegaz"
@@ -23,13 +36,13 @@ WALL_COLUMNS = "index id wall overlap twist approach"
 TOTAL, OF_EACH = " fx fy fz", " normal fx fy fz"  # where the result has forces
 
 
-def write(run, frames, folder):
+def write(run: Run, frames: Iterable[Frame], folder: Path) -> list[Path]:
     """Write the frames to `folder`. Returns the paths, that of the grains first."""
     masses = read_grain_masses(run) / MASS
     with ExitStack() as stack:
         files = {}
 
-        def file(name):
+        def file(name: str) -> TextIO:
             if name not in files:
                 path = check(folder / name, UNITS)
                 files[name] = stack.enter_context(path.open("w", encoding="ascii"))
@@ -50,7 +63,8 @@ def write(run, frames, folder):
                 )
                 _write_item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * has_forces, rows)
             if frame.wall_contacts is not None:
-                pushes = None if forces is None else _collect_forces(frame.wall_contacts, forces[2])
+                parts = None if forces is None else forces.walls
+                pushes = None if parts is None else _collect_forces(frame.wall_contacts, parts)
                 wall_contacts = frame.wall_contacts
                 ends = np.column_stack([wall_contacts.grain.values + 1, wall_contacts.wall.values])
                 rows, has_forces = _append_forces(_tabulate_contacts(wall_contacts, ends), pushes)
@@ -58,18 +72,22 @@ def write(run, frames, folder):
     return [folder / name for name in files]
 
 
-def _append_forces(rows, forces):
+def _append_forces(
+    rows: NDArray[np.float64], forces: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], bool]:
     """(rows with forces [N] as further columns [nN], True); or (rows, False) without any."""
     if forces is None:
         return rows, False
     return np.column_stack([rows, forces / FORCE]), True
 
 
-def _collect_forces(contacts, force_components):
+def _collect_forces(
+    contacts: xr.Dataset, force_components: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
     return np.column_stack([force_components["normal_force"], contacts.force.values.astype(float)])
 
 
-def _format_header(frame, bounds, entry_name):
+def _format_header(frame: Frame, bounds: str, entry_name: str) -> str:
     """Header of LAMMPS with `dump_modify units yes time yes`; {} for the number of rows."""
     return (
         f"{UNITS}\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
@@ -77,7 +95,7 @@ def _format_header(frame, bounds, entry_name):
     )
 
 
-def _write_item(file, header, columns, rows):
+def _write_item(file: TextIO, header: str, columns: str, rows: NDArray[np.float64]) -> None:
     """Write a snapshot: its header and its rows."""
     file.write(f"{header.format(len(rows))}{columns}\n")
     integer_columns = {"id", "type", "index", "batom1", "batom2", "wall"}
@@ -85,7 +103,7 @@ def _write_item(file, header, columns, rows):
     np.savetxt(file, rows, fmt=" ".join(formats))
 
 
-def _format_bounds(frame):
+def _format_bounds(frame: Frame) -> str:
     """BOX BOUNDS: of a cell that is sheared about its centre those of all its corners."""
     ends, styles = find_box_ends(frame), choose_boundary_styles(frame)
     ends[0] += 0.5 * abs(frame.tilt) * np.array([-1.0, 1.0])
@@ -97,7 +115,7 @@ def _format_bounds(frame):
     return f"ITEM: BOX BOUNDS {' '.join(styles)}\n" + "".join(lines)
 
 
-def find_box_ends(frame):
+def find_box_ends(frame: Frame) -> NDArray[np.float64]:
     """Lower and upper end of the box along each axis [m], (3, 2).
 
     Walls and faces of the cell, or the outermost surface of a grain.
@@ -107,7 +125,13 @@ def find_box_ends(frame):
     return np.where(np.isnan(frame.cell), np.stack([low, high], axis=1), frame.cell)
 
 
-def choose_boundary_styles(frame):
+def number_types(frame: Frame) -> NDArray[np.integer]:
+    """Type of each grain, (N,): the number of its material, from 1."""
+    single: NDArray[np.integer] = np.zeros(len(frame.radius), int)
+    return (single if frame.material is None else frame.material) + 1
+
+
+def choose_boundary_styles(frame: Frame) -> list[str]:
     """Boundary style of LAMMPS along each axis: p periodic, f a wall, s open."""
     walls = np.where(np.isnan(frame.cell), "s", "f")
     return [
@@ -116,13 +140,13 @@ def choose_boundary_styles(frame):
     ]
 
 
-def _tabulate_grains(frame, masses):
-    ids, atom_type = np.arange(1, len(masses) + 1), frame.material + 1
+def _tabulate_grains(frame: Frame, masses: NDArray[np.float64]) -> NDArray[np.float64]:
+    ids, atom_type = np.arange(1, len(masses) + 1), number_types(frame)
     state = frame.position / LENGTH, frame.velocity / SPEED, frame.radius / LENGTH
     return np.column_stack([ids, atom_type, *state, masses, frame.spin / SPIN])
 
 
-def _tabulate_contacts(contacts, ends):
+def _tabulate_contacts(contacts: xr.Dataset, ends: NDArray[np.integer]) -> NDArray[np.float64]:
     numbers, overlap = np.arange(1, len(ends) + 1), contacts.overlap.values / LENGTH
     twist, approach = contacts.twist.values, contacts.approach.values / SPEED
     return np.column_stack([numbers, ends, overlap, twist, approach])

@@ -6,22 +6,32 @@ those of its own law. Restart files are written by LAMMPS itself from a data fil
 `read_restart` of the same version.
 """
 
+from __future__ import annotations
+
 import shutil
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_grain_masses
-from dusttaichi.export.lammps import choose_boundary_styles, find_box_ends
+from dusttaichi.export.lammps import choose_boundary_styles, find_box_ends, number_types
 from dusttaichi.results.outputs import check
 from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
 from dusttaichi.units import LENGTH, MASS, SPEED, SPIN, TIME
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
+
 MARK = "units micro, written by dusttaichi"
 
 
-def write(run, frames, folder):
+def write(run: Run, frames: Iterable[Frame], folder: Path) -> list[Path]:
     """Write the frames to `folder`. Returns the paths."""
     masses = read_grain_masses(run) / MASS
     return [
@@ -30,11 +40,11 @@ def write(run, frames, folder):
     ]
 
 
-def write_data_file(frame, masses, path):
+def write_data_file(frame: Frame, masses: NDArray[np.float64], path: Path) -> Path:
     """Write a Frame, the masses of its grains [pg] (N,), to `path`; returns it."""
     radius, count = frame.radius / LENGTH, len(masses)
     ids = np.arange(1, count + 1)
-    atom_type = frame.material + 1
+    atom_type = number_types(frame)
     density = masses / (4.0 / 3.0 * np.pi * radius**3)
     atoms = np.column_stack([ids, atom_type, 2.0 * radius, density, frame.position / LENGTH])
     moves = np.column_stack([ids, frame.velocity / SPEED, frame.spin / SPIN])
@@ -64,7 +74,7 @@ write_restart grains.restart
 """
 
 
-def write_restart(run, frames, folder):
+def write_restart(run: Run, frames: Iterable[Frame], folder: Path) -> list[Path]:
     """Write the frames to `folder`. Returns the paths. Raises DustError without LAMMPS."""
     lammps_program()
     masses, paths = read_grain_masses(run) / MASS, []

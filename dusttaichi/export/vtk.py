@@ -5,15 +5,26 @@ and point data. Contacts are line cells between their grains, with cell data; ve
 a number" there. Contacts with walls are points of files of their own, where they touch the wall.
 """
 
+from __future__ import annotations
+
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import meshio
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.results import roles
 from dusttaichi.results.outputs import check
 from dusttaichi.results.variables import LABELS
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+
 
 POINT_UNITS = {"radius": "m", "velocity": "m/s", "spin": "rad/s", "coordination": "1"}
 MORE_POINTS = {
@@ -61,7 +72,7 @@ MARK = "<!-- Units, by dusttaichi"
 _COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
 
 
-def write(run, frames, folder):
+def write(run: Run, frames: Iterable[Frame], folder: Path) -> list[Path]:
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
     masses, frames = read_grain_masses(run), list(frames)
     paths = _write_collection(folder / COLLECTION, ((f, make_mesh(f, masses)) for f in frames))
@@ -70,12 +81,12 @@ def write(run, frames, folder):
     return paths
 
 
-def write_particles(run, frames, folder):
+def write_particles(run: Run, frames: Iterable[Any], folder: Path) -> list[Path]:
     """Write the frames of a run of the continuum to `folder`. Returns the paths."""
     return _write_collection(folder / "dust.pvd", ((f, make_particle_mesh(f)) for f in frames))
 
 
-def _write_collection(path, meshes):
+def _write_collection(path: Path, meshes: Iterable[tuple[Any, meshio.Mesh]]) -> list[Path]:
     """Write meshes, (frame, meshio.Mesh), and the collection at `path`. Returns the paths."""
     root = ET.Element("VTKFile", type="Collection", version="0.1")
     collection, paths = ET.SubElement(root, "Collection"), [path]
@@ -91,13 +102,13 @@ def _write_collection(path, meshes):
     return paths
 
 
-def _insert_units(path):
+def _insert_units(path: Path) -> None:
     """Insert a comment below the XML declaration: VTK has no field for units."""
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("?>", f"?>\n{_COMMENT}", 1), encoding="utf-8")
 
 
-def make_particle_mesh(frame):
+def make_particle_mesh(frame: Any) -> meshio.Mesh:
     """Make a meshio.Mesh of a ParticleFrame, SI."""
     xx, yy, zz, xy, xz, yz = frame.deviator.T
     tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1)
@@ -107,11 +118,12 @@ def make_particle_mesh(frame):
     return meshio.Mesh(frame.position, cells, point_data=points | {"deviator": tensor})
 
 
-def make_mesh(frame, masses):
+def make_mesh(frame: Frame, masses: NDArray[np.float64]) -> meshio.Mesh:
     """Make a meshio.Mesh of a Frame, SI; the masses of its grains [kg], (N,)."""
     grains, forces = len(frame.radius), frame.forces
-    points = {"radius": frame.radius, "velocity": frame.velocity, "spin": frame.spin}
-    points |= {"material": frame.material.astype(float), "mass": masses}
+    points: dict[str, NDArray[Any]] = {"radius": frame.radius, "velocity": frame.velocity}
+    material = np.zeros(grains) if frame.material is None else frame.material.astype(float)
+    points |= {"spin": frame.spin, "material": material, "mass": masses}
     points |= {} if frame.orientation is None else {"orientation": frame.orientation}
     points |= {} if forces is None else {"force": forces[0]}
     cells = [("vertex", np.arange(grains)[:, None])]
@@ -129,20 +141,20 @@ def make_mesh(frame, masses):
     return meshio.Mesh(frame.position, cells, point_data=points, cell_data=data)
 
 
-def make_wall_mesh(frame):
+def make_wall_mesh(frame: Frame) -> meshio.Mesh:
     """Make a meshio.Mesh of the wall contacts of a Frame: points on the walls, SI."""
-    contacts, forces = frame.wall_contacts, frame.forces
+    contacts, forces = frame.require_wall_contacts(), frame.forces
     points = {name: contacts[name].values.astype(float) for name in ("grain", "wall", "overlap")}
-    points |= {} if forces is None else forces[2]
+    points |= {} if forces is None else forces.walls or {}
     positions = frame.wall_points
     return meshio.Mesh(
         positions, [("vertex", np.arange(len(positions))[:, None])], point_data=points
     )
 
 
-def _collect_contact_data(frame):
+def _collect_contact_data(frame: Frame) -> dict[str, NDArray[np.float64]]:
     """Cell data of the lines, each (C,) float."""
-    contacts, (i, j) = frame.contacts, frame.pairs.T
+    contacts, (i, j) = frame.require_contacts(), frame.pairs.T
     separation = frame.position[i] - frame.position[j]
     return {
         "overlap": contacts.overlap.values,
