@@ -1,9 +1,9 @@
 """The processes of the suite: one that crashes is replaced, no test is lost; what they note."""
 
 from collections import defaultdict
+from pathlib import Path
 from types import SimpleNamespace
 
-import conftest
 import pytest
 from scheduler import Files
 
@@ -74,8 +74,9 @@ def test_files_that_belong_together_go_to_one_process():
     assert len({process for _, process in ran}) == 2
 
 
-def test_structures_are_noted(monkeypatch):
+def test_structures_are_noted(monkeypatch, request):
     """`pytest --structures` lists what was compiled: it wraps a method of the package."""
+    conftest = request.config.pluginmanager.get_plugin(str(Path(__file__).parent / "conftest.py"))
     compiled = SimpleNamespace(layout=None)
     monkeypatch.setattr(Structures, "get", lambda self, key, scene, threads, make: make(key))
     monkeypatch.setattr(conftest, "_compiled", defaultdict(list))

@@ -75,13 +75,25 @@ class Frame:
         return np.stack(ends, axis=1).astype(np.int64)
 
     def require_contacts(self) -> xr.Dataset:
-        """The `contacts`. Raises DustError where the result has none."""
+        """The `contacts`.
+
+        Raises
+        ------
+        DustError
+            The result has none.
+        """
         if self.contacts is None:
             raise DustError("The snapshots have no contacts: set output: contacts: true.")
         return self.contacts
 
     def require_wall_contacts(self) -> xr.Dataset:
-        """The `wall_contacts`. Raises DustError where the result has none."""
+        """The `wall_contacts`.
+
+        Raises
+        ------
+        DustError
+            The result has none.
+        """
         if self.wall_contacts is None:
             raise DustError("The snapshots have no contacts with walls.")
         return self.wall_contacts

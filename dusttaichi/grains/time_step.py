@@ -222,7 +222,7 @@ def short_loads(scene, dt):
 
 def _steps_of(stop, dt):
     """Steps of a stage that ends after a time or a number of steps; infinite for others."""
-    keys = {key for key in type(stop).model_fields if getattr(stop, key) is not None}
+    keys = {key for key in type(stop).model_fields if getattr(stop, key) not in (None, {})}
     if not keys or not keys <= {"time", "steps"}:
         return float("inf")
     step_counts = [stop.steps, None if stop.time is None else round(stop.time / dt)]

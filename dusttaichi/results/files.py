@@ -27,6 +27,11 @@ def parts_folder(result: str | Path) -> Path:
     return Path(result).with_suffix(".parts")
 
 
+def piece_path(result: Path, number: int) -> Path:
+    """Path of a file of a result; 0 is the result itself."""
+    return parts_folder(result) / f"{number:06}.nc" if number else result
+
+
 def run_files(directory: str | Path) -> list[str]:
     """Relative paths of the existing files from which a run continues."""
     directory = Path(directory)

@@ -157,11 +157,13 @@ def sizes_of(path: Path) -> list[int]:
     return [file.stat().st_size for file in (path, *_parts(path))]
 
 
-def remove_parts(path: str | Path, last_number: int = 0) -> None:
-    """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
-    for part_path in reversed(_parts(path)):
-        if int(part_path.stem) > last_number:
+def prepare_folder(path: Path, number: int, alone: bool) -> None:
+    """Remove the parts behind that number, unless it is `alone`, and make its folder."""
+    for part_path in () if alone else reversed(_parts(path)):
+        if int(part_path.stem) > number:
             part_path.unlink(missing_ok=True)
+    if number:
+        parts_folder(path).mkdir(exist_ok=True)
 
 
 def remove_other_parts(path: str | Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
-from dusttaichi.results.files import parts_folder
+from dusttaichi.results.files import piece_path
 from dusttaichi.results.layout import Contents, Rows, read_records
 from dusttaichi.results.variables import LABELS, Variable
 from dusttaichi.results.waiting import Batch, WaitingRecords, append_blocks
@@ -37,8 +37,12 @@ class Writer(AbstractContextManager["Writer"]):
     full disk the file of the last flush remains, and later records stay in memory for the next
     attempt. A file of PIECE bytes is complete, and a further one continues it (pieces.py), so that
     the cost of a flush is independent of the size of the result; `join` joins them into one file.
-    Holds the lock of the run directory until `close`. Use `Writer.create` or `Writer.resume`. A
-    context manager.
+    Holds the lock of the run directory until `close`. Made by `create` or `resume`.
+
+    Raises
+    ------
+    DustError
+        By a method that cannot write: the records wait in memory until it is called again.
     """
 
     def __init__(self, path: Path, lock: RunLock, contents: Contents) -> None:
@@ -114,9 +118,19 @@ class Writer(AbstractContextManager["Writer"]):
     ) -> Writer:
         """Continue the file at `path`; further records are dropped with the first flush.
 
-        counts: group -> records, see `counts()`. lock: an acquired one, which the caller releases.
-        Raises DustError where the file is missing, damaged or shorter than the counts, or another
-        run has the lock.
+        Parameters
+        ----------
+        path
+            The result file.
+        counts
+            Group -> records, see `counts()`.
+        lock
+            See `create`.
+
+        Raises
+        ------
+        DustError
+            The file is missing, damaged or shorter than the counts, or another run has the lock.
         """
         path = Path(path)
         if not path.exists():
@@ -158,7 +172,15 @@ class Writer(AbstractContextManager["Writer"]):
         return tuple(self._records)
 
     def add(self, variables: Sequence[Variable], sizes: Mapping[str, int] | None = None) -> None:
-        """Add groups of growing variables; in the file from the next flush. sizes: see `create`."""
+        """Add groups of growing variables; in the file from the next flush.
+
+        Parameters
+        ----------
+        variables
+            As in `create`.
+        sizes
+            As in `create`.
+        """
         self.flush()
         self._dimensions |= sizes or {}
         self._sizes |= sizes or {}
@@ -191,18 +213,14 @@ class Writer(AbstractContextManager["Writer"]):
         return self._waiting.nbytes
 
     def flush(self) -> float:
-        """Write everything to disk; returns the seconds that it took (0.0 without changes).
-
-        Raises DustError where the file cannot be written; nothing is lost then, and flush may be
-        called again.
-        """
+        """Write everything to disk; returns the seconds that it took (0.0 without changes)."""
         self.settle()
         if not self._changed:
             return 0.0
         began = clock.perf_counter()
         batch = self._take()
         try:
-            self._prepare(batch)
+            pieces.prepare_folder(self.path, batch.number, self._alone)
             pieces.write_piece(*batch.arguments)
         except (OSError, RuntimeError) as error:
             raise self._put_back(batch, error) from error
@@ -212,13 +230,17 @@ class Writer(AbstractContextManager["Writer"]):
     def begin_flush(self, background: Background, *calls: tuple[Any, ...]) -> None:
         """Begin to write everything by a Background, which `settle` and every `flush` wait for.
 
-        calls: further ones of the Background, after this one. Raises DustError where the file
-        before cannot be written; its records are in memory again.
+        Parameters
+        ----------
+        background
+            Writes the file.
+        *calls
+            Further ones of the Background, after this one.
         """
         self.settle()
         if (batch := self._take() if self._changed else None) is not None:
             try:
-                self._prepare(batch)
+                pieces.prepare_folder(self.path, batch.number, self._alone)
             except OSError as error:
                 raise self._put_back(batch, error) from error
             calls = (pieces.write_piece, *batch.arguments), *calls
@@ -226,10 +248,7 @@ class Writer(AbstractContextManager["Writer"]):
         background.start(*calls)
 
     def settle(self) -> float:
-        """Wait for the file that a Background writes, if any; returns the seconds that it took.
-
-        Raises DustError where it cannot be written; its records are in memory again.
-        """
+        """Wait for the file that a Background writes, if any; returns the seconds that it took."""
         if self._pending is None:
             return 0.0
         batch, background = self._pending
@@ -244,10 +263,7 @@ class Writer(AbstractContextManager["Writer"]):
         return background.seconds
 
     def join(self, background: Background | None = None) -> None:
-        """Join all files on disk into one, by a Background if it has begun.
-
-        Raises DustError where the file cannot be written; nothing is lost then.
-        """
+        """Join all files on disk into one, by a Background if it has begun."""
         if self.join_at_once(background):
             return
         self.flush()
@@ -289,14 +305,11 @@ class Writer(AbstractContextManager["Writer"]):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _file(self, number: int) -> Path:
-        return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
-
     def _continue_from(
         self, number: int, starts: Mapping[str, int], identity: str | None = None
     ) -> None:
         """Make the piece of that number on disk the current one; identity: of the result."""
-        file = self._file(number)
+        file = piece_path(self.path, number)
         self._number, self._starts, self._size = number, dict(starts), file.stat().st_size
         self._identity = identity or pieces.identity_of(self.path)
         counting = {group: n - self._starts[group] for group, n in self._records.items()}
@@ -312,17 +325,10 @@ class Writer(AbstractContextManager["Writer"]):
         own = pieces.place(self._identity, starts if number else None)
         attributes = self._attributes | {"date_modified": _format_time()} | own
         contents = dict(self._layout), dict(self._dimensions), self._static, rows
-        arguments = self._file(number), contents, attributes, self.path
+        arguments = piece_path(self.path, number), contents, attributes, self.path
         batch = Batch(number, starts, blocks, self._records, arguments)
         self._records, self._changed = counts, False
         return batch
-
-    def _prepare(self, batch: Batch) -> None:
-        """Prepare the folder for the file of a Batch. Raises OSError."""
-        if not self._alone:
-            pieces.remove_parts(self.path, batch.number)
-        if batch.number:
-            batch.file.parent.mkdir(exist_ok=True)
 
     def _commit(self, batch: Batch) -> None:
         """Note that a Batch is on disk."""

@@ -326,7 +326,7 @@ def test_the_share_of_a_stage_in_which_its_load_was_missed():
     assert control.missed_share == pytest.approx(150 / 950)
     assert (control.lowest, control.highest) == pytest.approx((0.5, 1.075))
     rows = tabulate(summarise(control_run))
-    assert any("within 5% in hold" in row[0] and row[1].startswith("84%") for row in rows)
+    assert any("within 5 % in hold" in row[0] and row[1].startswith("84 %") for row in rows)
     assert summarise(control_run)["load_missed_share"] == pytest.approx(150 / 950)
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 0], stress[: N // 2, 1, 1] = -2e3, 150.0

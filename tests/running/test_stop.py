@@ -108,7 +108,7 @@ def test_a_pressure_ends_a_stage_between_two_records(pressed_run, tmp_path):
 def window_of(values, **bounds):
     """Step of the test, of 16 in an interval, at which means of these values end a stage, or 0."""
     state = SimpleNamespace(end_reason="", opened=0, tests=[])
-    sim = SimpleNamespace(step=0, domain=SimpleNamespace(has_top=True))
+    sim = SimpleNamespace(step=0, domain=SimpleNamespace(has_top=True, surfaces=None))
     stop = Stop(pressure=Bounds(**bounds))
     end = End(StagePlan("", Drive(), stop, None, None, None), Clock(dt=1.0), state, 0)
     for number in range(1, len(values) + 1):
@@ -144,7 +144,7 @@ def test_a_filling_factor_under_load_is_tested_between_records():
     plan = StagePlan("", Drive(), Stop(filling_factor=0.4), None, None, None)
     end = End(plan, clock, SimpleNamespace(end_reason="", opened=0, tests=[]), 0)
     assert end.tested
-    domain = SimpleNamespace(has_top=True, servo=SimpleNamespace(presses=True))
+    domain = SimpleNamespace(has_top=True, surfaces=None, servo=SimpleNamespace(presses=True))
     ends = []
     for step in (100, 200, 300):
         record = {"filling_factor": clock.filling_factor_at(step)}
@@ -158,7 +158,7 @@ def test_a_filling_factor_under_load_is_tested_between_records():
 def test_a_first_record_has_the_peak_of_the_start(steps):
     """Its pressure ends no stage, as that of the second does."""
     state = RunState(None, first=1000 - steps, last_span=steps * 0.5)
-    sim = SimpleNamespace(step=1000, dt=0.5, domain=SimpleNamespace(has_top=True))
+    sim = SimpleNamespace(step=1000, dt=0.5, domain=SimpleNamespace(has_top=True, surfaces=None))
     stop = Stop(pressure="20 kPa", plateau=0.02)
     plan = StagePlan("", Drive(), stop, Interval(steps=100), None, None)
     run = SimpleNamespace(sim=sim, state=state, plan=plan, clock=Clock(dt=0.5))

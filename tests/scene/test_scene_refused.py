@@ -140,7 +140,10 @@ REFUSED = [
     ),
     (
         "stop: {}",
-        ["stop", "at least one of filling_factor, pressure, stress, rest, plateau, creep, strain"],
+        [
+            "stop",
+            "at least one of filling_factor, pressure, stress, surfaces, rest, plateau, creep",
+        ],
     ),
     ("stop: 5", ["stop = 5", "a block is needed, with keys from filling_factor"]),
     ("stop: {filling_factor: 0.8}", ["stop.filling_factor = 0.8", "at most 0.74"]),
