@@ -1,4 +1,4 @@
-"""Loads and ways of the surfaces of a run along the directions in which they press."""
+"""Loads and displacements of the surfaces of a run along the directions in which they press."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SurfaceCourse:
     pressure: NDArray[
         np.float64
     ]  #: This over the area of the surface, not a number without one, (n,).
-    way: NDArray[np.float64]  #: Since the start, (n,).
+    displacement: NDArray[np.float64]  #: Since the start, (n,).
 
 
 def measure_surfaces(run: Run) -> list[SurfaceCourse]:
@@ -30,11 +30,11 @@ def measure_surfaces(run: Run) -> list[SurfaceCourse]:
     if "surface_load" not in run.series:
         return []
     blocks, names = run.scene.get("surfaces", ()), run.series.surface.values.tolist()
-    ways, courses = run.series.surface_displacement.values, []
+    displacements, courses = run.series.surface_displacement.values, []
     first = len(names) - len(blocks)  # behind a tube
     for n, block in enumerate(blocks, start=first):
         direction = block.get("direction") or block.get("normal")
-        if direction is None or not ways[:, n].any():
+        if direction is None or not displacements[:, n].any():
             continue
         unit = np.array(direction, float) / np.linalg.norm(direction)
         course = SurfaceCourse(
@@ -42,7 +42,7 @@ def measure_surfaces(run: Run) -> list[SurfaceCourse]:
             time=run.series.time.values,
             load=run.series.surface_load.values[:, n],
             pressure=run.series.surface_pressure.values[:, n],
-            way=ways[:, n] @ unit,
+            displacement=displacements[:, n] @ unit,
         )
         courses.append(course)
     return courses

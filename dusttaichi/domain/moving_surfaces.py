@@ -92,11 +92,11 @@ class Surfaces:
         return self._columns(SPIN)
 
     def displacements(self, time: float) -> NDArray[np.float64]:
-        """Ways that they have gone at a time since the start, (S, 3)."""
+        """Displacements at a time since the start, (S, 3)."""
         return self._columns(SHIFT) + self.velocities * time
 
-    def way_of(self, name: str, time: float) -> float:
-        """Way of a surface along its direction at a time since the start."""
+    def displacement_of(self, name: str, time: float) -> float:
+        """Displacement of a surface along its direction at a time since the start."""
         n = self.names.index(name)
         return float(self.displacements(time)[n] @ self.directions[n])
 

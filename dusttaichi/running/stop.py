@@ -6,7 +6,7 @@ the last record, which the record that ends the stage has. It scatters more than
 interval: its standard error follows from the changes between successive tests, which a steady rise
 adds little to, and a stage ends where the mean exceeds a threshold by SIGMAS of it: by chance less
 often than at a record. A filling factor is tested there too where a controlled load moves the
-walls, and no step is known for it; so is the way of a surface.
+walls, and no step is known for it; so is the displacement of a surface.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class End:
             if level := bounds.describe_crossing(value):
                 reason = f"{name} {level}"
                 if (overshoot := bounds.overshoot(value)) > OVERSHOOT:
-                    reason += f", exceeded by {overshoot:.0%}: {bounds.describe(value, 4)}"
+                    reason += f", passed by {100.0 * overshoot:.0f} %: {bounds.describe(value, 4)}"
         return reason
 
     def _check_filling_factor(self, record: Mapping[str, Any], domain: Domain) -> str:
@@ -106,12 +106,12 @@ class End:
         return f"filling factor {stop.filling_factor:.4g}" if reached else ""
 
     def _check_displacements(self, domain: Domain, step: int) -> str:
-        """Reason of the end of a stage by the way of a surface, or ""."""
+        """Reason of the end of a stage by the displacement of a surface, or ""."""
         for name, bounds in self.plan.stop.surfaces.items():
             if bounds.displacement is None or domain.surfaces is None:
                 continue
-            way = domain.surfaces.way_of(name, domain.dt * step) * domain.units("m")
-            if level := bounds.displacement.describe_crossing(way):
+            shift = domain.surfaces.displacement_of(name, domain.dt * step) * domain.units("m")
+            if level := bounds.displacement.describe_crossing(shift):
                 return f"displacement of {name} {level}"
         return ""
 

@@ -74,7 +74,7 @@ class ForceBounds(Limits):
 
 
 class LengthBounds(Limits):
-    """Thresholds of a way that end the stage: one of the two, or both."""
+    """Thresholds of a length that end the stage: one of the two, or both."""
 
     EXAMPLE = "2 um"
     above: Length | None = Field(None, description=ABOVE)
@@ -86,13 +86,15 @@ class LengthBounds(Limits):
 
 
 class SurfaceBounds(Block):
-    """Load and way of a surface along its direction that end the stage; at least one is needed."""
+    """Load and displacement of a surface that end the stage; at least one is needed."""
 
     force: ForceBounds | None = Field(
         None, description="its force on the grains, averaged over output.window"
     )
     pressure: Bounds | None = Field(None, description="that force over its area")
-    displacement: LengthBounds | None = Field(None, description="its way since the start")
+    displacement: LengthBounds | None = Field(
+        None, description="along its direction, since the start"
+    )
 
     def faults(self) -> Faults:
         if not self.loads and self.displacement is None:
@@ -150,7 +152,7 @@ class Stop(Block):
     )
     surfaces: dict[str, SurfaceBounds] = Field(
         {},
-        description="load or way of surfaces by their names, along their directions, for example "
+        description="load or displacement of surfaces, by name, along their directions, as in "
         "{piston: {force: {above: 1 uN}}}; tested between records of the series as well",
     )
     rest: Annotated[float, Number(gt=0, lt=1)] | None = Field(

@@ -37,29 +37,29 @@ def press(boundary, surfaces=(), **keys):
 
 
 def pressed_by(boundary, surfaces=()):
-    """After forty changes of speed: positions [m], way of the lid [um], changes of the energies."""
+    """After forty changes of speed: places [m], shift of the lid [um], changes of the energies."""
     probe = press(boundary, surfaces)
     top = probe.sim.domain.box.planes(0.0)[5]
     start = balance(probe.sim.ledger.measure_energies())
     probe.advance(40 * EVERY)
     domain, time = probe.sim.domain, probe.sim.environment.time
     if surfaces:
-        way = domain.surfaces.way_of("lid", time)
+        shift = domain.surfaces.displacement_of("lid", time)
     else:
-        way = top - domain.box.planes(time)[5]
-    return probe.x, way, balance(probe.sim.ledger.measure_energies()) - start
+        shift = top - domain.box.planes(time)[5]
+    return probe.x, shift, balance(probe.sim.ledger.measure_energies()) - start
 
 
 @pytest.mark.parametrize("load", ["pressure", "force"])
 def test_a_plane_under_a_load_is_the_top_wall(load):
-    """The same steps of the same controller: speed, way and work differ by the rounding of one
+    """The same steps of the same controller: speed, shift and work differ by the rounding of one
     contact, which the controller carries on; a force is the pressure times the area."""
     wall_way = {"pressure": "20 kPa", "wall_speed": "1 m/s"}
     values = {"pressure": "20 kPa", "force": f"{20e3 * HEIGHT**2:.17g} N"}
     top = press(wall_way).sim.domain.box.planes(0.0)[5] * 1e-6
     lid = plane(top, largest_speed="1 m/s", **{load: values[load]})
-    (x, way, changes), (seen, pressed, found) = pressed_by(wall_way), pressed_by(OPEN_TOP, [lid])
-    assert way > 1e-5 and pressed == pytest.approx(way, rel=1e-6)
+    (x, shift, changes), (seen, pressed, found) = pressed_by(wall_way), pressed_by(OPEN_TOP, [lid])
+    assert shift > 1e-5 and pressed == pytest.approx(shift, rel=1e-6)
     assert np.abs(seen - x).max() < 1e-6 * np.abs(x - LATTICE - (x[0] - LATTICE[0])).max()
     assert found == pytest.approx(changes, rel=1e-6)
     stored, lost, work = found
@@ -92,14 +92,16 @@ def go_on(sim):
     sim.stepper.advance(5 * EVERY)
     assert sim.domain.surfaces.velocities[0, 2] < 0.0
     sim.stepper.drive(Drive.model_validate({"surfaces": {"lid": {"velocity": ["0 m/s"] * 3}}}))
-    held = sim.domain.surfaces.way_of("lid", sim.environment.time)
+    held = sim.domain.surfaces.displacement_of("lid", sim.environment.time)
     sim.stepper.advance(100)
-    assert sim.domain.surfaces.way_of("lid", sim.environment.time) == pytest.approx(held, rel=1e-12)
+    assert sim.domain.surfaces.displacement_of("lid", sim.environment.time) == pytest.approx(
+        held, rel=1e-12
+    )
     up = ["0 m/s", "0 m/s", "1 m/s"]
     sim.stepper.drive(Drive.model_validate({"surfaces": {"lid": {"velocity": up}}}))
     sim.stepper.advance(100)
-    way = sim.domain.surfaces.way_of("lid", sim.environment.time)
-    assert way == pytest.approx(held - 100 * sim.dt)
+    shift = sim.domain.surfaces.displacement_of("lid", sim.environment.time)
+    assert shift == pytest.approx(held - 100 * sim.dt)
     sim.stepper.drive(Drive.model_validate({"surfaces": {"lid": {"force": "20 nN"}}}))
     (servo,) = sim.domain.surfaces.servos
     assert not servo.per_area and servo.load == pytest.approx([20.0])

@@ -169,7 +169,7 @@ def test_a_first_record_has_the_peak_of_the_start(steps):
     assert not state.end_reason and len(state.pressures) == 1
     sim.step, state.last_span = 1100, 100 * 0.5
     check.act()
-    assert state.end_reason == "pressure 20 kPa, exceeded by 50%: 30 kPa"
+    assert state.end_reason == "pressure 20 kPa, passed by 50 %: 30 kPa"
 
 
 def test_a_first_record_is_no_shorter_than_half_an_interval():

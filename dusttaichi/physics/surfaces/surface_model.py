@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-# columns behind the numbers of a law and their rates: way gone at time 0, velocity, angular
+# columns behind the numbers of a law and their rates: displacement at time 0, velocity, angular
 # velocity (3 each), factor on the springs, principal curvatures (2), length of a step
 SHIFT, VELOCITY, SPIN, STRENGTH, CURVATURE, STEP = 0, 3, 6, 9, 10, 12
 MOTION_COLUMNS = 13
