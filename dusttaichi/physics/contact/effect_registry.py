@@ -81,9 +81,9 @@ def register(effect: str, name: str, law: Any, block: type[Any] | None = None) -
     (`scene.interaction.Effect` for rolling, sliding and twisting, `scene.interaction.NormalLaw`,
     `scene.interaction.Damping`) with the keys of the law; that class itself if the law has none of
     its own. A law that is registered again under its name replaces the former one; the built-in
-    ones cannot be replaced. With effect = "effects" it acts beside the other effects: `interaction:
-    {effects: {NAME: {...}}}`, with a block derived from `scene.fields.Block`. Raises ValueError for
-    an unknown effect, a built-in name or a law that lacks a part.
+    ones cannot be replaced. With effect = "effects" it acts beside the other effects, in YAML
+    `interaction: {effects: {NAME: {...}}}`, with a block derived from `scene.fields.Block`. Raises
+    ValueError for an unknown effect, a built-in name or a law that lacks a part.
     """
     if effect not in NEEDED:
         raise ValueError(f"effect = {effect!r}: one of {', '.join(NEEDED)} is needed")
