@@ -15,6 +15,7 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 class Limits(Block):
     """Thresholds that end the stage: one of the two, or both. EXAMPLE: of one of them."""
 
+    DIMENSION: ClassVar[str]
     EXAMPLE: ClassVar[str]
     if TYPE_CHECKING:
         above: float | None
@@ -27,7 +28,7 @@ class Limits(Block):
     @classmethod
     def describe(cls, value: float, digits: int = 6) -> str:
         """Text of a value with its unit."""
-        return f"{value / 1e3:.{digits}g} kPa"
+        return format(value, cls.DIMENSION, digits)
 
     def describe_crossing(self, value: float) -> str:
         """Threshold that has been crossed, as the end of a sentence; "" where none has been."""
@@ -52,9 +53,13 @@ class Limits(Block):
 class Bounds(Limits):
     """Thresholds of a pressure or stress that end the stage: one of the two, or both."""
 
-    EXAMPLE = "1 kPa"
+    DIMENSION, EXAMPLE = "pressure", "1 kPa"
     above: Stress | None = Field(None, description=ABOVE)
     below: Stress | None = Field(None, description=BELOW)
+
+    @classmethod
+    def describe(cls, value: float, digits: int = 6) -> str:
+        return f"{value / 1e3:.{digits}g} kPa"  # as the other numbers of a run have it
 
 
 Force = Annotated[float, Quantity("force", example="20 nN")]
@@ -64,25 +69,17 @@ Length = Annotated[float, Quantity("length", example="2 um")]
 class ForceBounds(Limits):
     """Thresholds of a force that end the stage: one of the two, or both."""
 
-    EXAMPLE = "20 nN"
+    DIMENSION, EXAMPLE = "force", "20 nN"
     above: Force | None = Field(None, description=ABOVE)
     below: Force | None = Field(None, description=BELOW)
-
-    @classmethod
-    def describe(cls, value: float, digits: int = 6) -> str:
-        return format(value, "force", digits)
 
 
 class LengthBounds(Limits):
     """Thresholds of a length that end the stage: one of the two, or both."""
 
-    EXAMPLE = "2 um"
+    DIMENSION, EXAMPLE = "length", "2 um"
     above: Length | None = Field(None, description=ABOVE)
     below: Length | None = Field(None, description=BELOW)
-
-    @classmethod
-    def describe(cls, value: float, digits: int = 6) -> str:
-        return format(value, "length", digits)
 
 
 class SurfaceBounds(Block):

@@ -134,7 +134,7 @@ def make_motion(block: Surface, boundary: BoundaryBlock) -> SurfaceMotion:
         force=block.force,
         pressure=block.pressure,
         direction=block.pressing_direction,
-        area=block.area if block.area is not None or block.has_area(boundary) else nan,
+        area=block.area if block.has_area(boundary) else nan,
         largest=block.largest_speed or SPEED,
         widens=block.largest_speed is None,
         gain=block.gain,

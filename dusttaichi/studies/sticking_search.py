@@ -30,7 +30,7 @@ from dusttaichi.studies.sticking_task import NORMAL_UPDATES, make_moving_bodies
 from dusttaichi.studies.study_types import PointResult
 
 TOGETHER = 16  # speeds of a round
-ROUNDS = 12  # most bundles of a search
+ROUNDS = 12  # most of a search
 WIDER = 10.0  # growth of a bracket without the sticking speed
 JUMPS = 0.77224  # energy lost on forming and breaking, over F_c delta0: 0.69886 + 0.07338
 # A contact is found up to v dt too late, which raises the sticking speed by up to
