@@ -5,6 +5,8 @@
 
 import numpy as np
 
+from dusttaichi.continuum.physics.damage import undamaged_fraction
+from dusttaichi.continuum.physics.deviator import shear_energy
 from dusttaichi.continuum.physics.elasticity import path_energy
 
 
@@ -38,15 +40,15 @@ def elastic_of_particles(state, gives=slice(None)):
     dimension = state.dimension
     trace = deviator[:, :: dimension + 1].sum(axis=1)
     squares = np.sum(deviator * deviator, axis=1) + trace * trace
-    of_pressure, undamaged_fraction = (
+    of_pressure, carried = (
         volume * path_energy(density, reference, K),
         compute_intact_fraction(state)[gives],
     )
     return np.stack(
         [
             np.where(pressure >= 0.0, of_pressure, 0.0),
-            np.where(pressure < 0.0, undamaged_fraction * of_pressure, 0.0),
-            undamaged_fraction * volume * squares / (4.0 * ratio * K),
+            np.where(pressure < 0.0, carried * of_pressure, 0.0),
+            shear_energy(carried * volume, squares, ratio * K),
         ],
         axis=1,
     )
@@ -56,4 +58,4 @@ def compute_intact_fraction(state):
     """Share of each particle that carries tension and deviator, (n,)."""
     if not state.layout.damage:
         return np.ones(state.count)
-    return 1.0 - state.of_particles("damage") ** 3
+    return undamaged_fraction(state.of_particles("damage"))

@@ -158,7 +158,7 @@ class ParticleNumbers:
         """Share of a particle that carries tension and deviator."""
         out = ti.cast(1.0, ti.f64)
         if ti.static(self.layout.damage):
-            out -= self.f.damage[i] ** 3
+            out = self.laws.undamaged_fraction(self.f.damage[i])
         return out
 
     @ti.func
@@ -184,7 +184,7 @@ class ParticleNumbers:
         else:
             out[1] = undamaged * by_pressure
         squares = S.dot(S) + trace * trace
-        out[2] = undamaged * volume * squares / (4.0 * self.f.shear_ratio[i] * K)
+        out[2] = self.laws.shear_energy(undamaged * volume, squares, self.f.shear_ratio[i] * K)
         return out
 
     @ti.func

@@ -66,13 +66,13 @@ class Response:
         self.f.deviator[i], self.f.modulus[i] = tensors.rows(returned), K
         self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         if ti.static(self.layout.damage):
-            undamaged = 1.0 - self.f.damage[i] ** 3
+            undamaged = self.laws.undamaged_fraction(self.f.damage[i])
             pressure_before, S = (
                 self.laws.carried_pressure(pressure_before, undamaged),
                 undamaged * S,
             )
             self.crack(i, returned, dt, m)
-            undamaged = 1.0 - self.f.damage[i] ** 3
+            undamaged = self.laws.undamaged_fraction(self.f.damage[i])
             pressure, returned = (
                 self.laws.carried_pressure(pressure, undamaged),
                 undamaged * returned,

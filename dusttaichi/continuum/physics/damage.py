@@ -39,6 +39,11 @@ def grow_cracks(root, active, count, step):
     return where(active > 0.0, maximum(root, minimum(largest, root + active * step)), root)
 
 
+def undamaged_fraction(root):
+    """Share 1 - D of a particle that carries tension and deviator; root: D^(1/3)."""
+    return 1.0 - root**3
+
+
 def carried_pressure(p, undamaged):
     """Pressure [Pa] of a particle whose share `undamaged` alone carries tension."""
     return where(p < 0.0, undamaged * p, p)

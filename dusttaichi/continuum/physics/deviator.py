@@ -33,6 +33,11 @@ def second_invariant(S):
     return 0.5 * ((S * S).sum() + S.trace() ** 2)
 
 
+def shear_energy(volume, squares, mu):
+    """Elastic energy [J] of a deviator in a volume; squares: S:S [Pa^2]."""
+    return volume * squares / (4.0 * mu)
+
+
 def radial(J2, Y):
     """Factor on S that brings sqrt(3 J2) back to Y [Pa]; 1 where it is below."""
     return minimum(1.0, Y / sqrt(3.0 * J2 + TINY))
