@@ -5,10 +5,14 @@ in one large scene, and each collision has its own ledger and ends when its frag
 change.
 """
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +37,13 @@ from dusttaichi.studies.scene_settings import (
     shift_seeds,
 )
 from dusttaichi.studies.step_times import estimate_step_terms
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.samples import Sample
+    from dusttaichi.studies.study_types import PointResult
+
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
@@ -63,7 +74,7 @@ class Collisions:
 
     timed = False
 
-    def __init__(self, scene: Scene, directory: Path, batch: int | str = "auto"):
+    def __init__(self, scene: Scene, directory: Path, batch: int | str = "auto") -> None:
         study_block = getattr(scene, "collisions", None)
         if study_block is None:
             raise DustError(
@@ -77,7 +88,7 @@ class Collisions:
         data.pop("collisions")
         data.pop("replicas", None)
         self._templates = _templates(data["sample"], study_block)
-        self.axes = {
+        self.axes: dict[str, tuple[Any, ...]] = {
             "body": tuple(self._templates),
             "mass_ratio": study_block.mass_ratio,
             "speed": study_block.speeds,
@@ -101,7 +112,7 @@ class Collisions:
         """File in which each collision is a line of JSON as soon as it is done."""
         return self.directory / "collisions.jsonl"
 
-    def points(self, results_by_label) -> list[Request]:
+    def points(self, results_by_label: Mapping[str, PointResult]) -> list[Request]:
         """All collisions, and when they are found those of a further speed."""
         requests = self.requests()
         is_complete = all(request.label in results_by_label for request in requests)
@@ -139,9 +150,9 @@ class Collisions:
     @property
     def refine(self) -> int:
         """Largest number of further speeds."""
-        return self._block.refine
+        return int(self._block.refine)
 
-    def samples_at(self, speed):
+    def samples_at(self, speed: float) -> Iterator[tuple[Scene, Sample]]:
         """(scene, Sample) of a collision of each body and mass ratio, at a speed [m/s]."""
         point = {"speed": speed, "impact_parameter": self.axes["impact_parameter"][0], "seed": 0}
         for template in self._templates.values():
@@ -150,18 +161,20 @@ class Collisions:
                 scene = self.base.with_value("sample", sample)
                 yield scene, samples.make(scene)
 
-    def dataset(self, results):
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """Dataset of the collisions with its thresholds; failed ones have no numbers."""
         attrs = describe_study(self.scene, by_area=int(self._block.by_area))
         data = build_collisions_dataset(self._rows(self.requests(), results), self.axes, attrs)
         return data.assign(build_threshold_variables(find_thresholds(data), data))
 
-    def _rows(self, requests, results):
-        results = [results[request.label] for request in requests]
-        return [result.measured or {"error": result.text} for result in results]
+    def _rows(
+        self, requests: Sequence[Request], results: Mapping[str, PointResult]
+    ) -> list[dict[str, Any]]:
+        ordered = [results[request.label] for request in requests]
+        return [result.measured or {"error": result.text} for result in ordered]
 
 
-def side_by_side(scene, batch: int | str) -> dict[str, int]:
+def side_by_side(scene: Any, batch: int | str) -> dict[str, int]:
     """Number of collisions side by side: `abreast` at most, with `room` for grains.
 
     batch: a number, "auto" or "off"; auto: as many grains as make the fixed time of a step
@@ -183,7 +196,7 @@ def side_by_side(scene, batch: int | str) -> dict[str, int]:
     return {"abreast": number, "room": round(min(room, LARGEST))}
 
 
-def next_speed(data):
+def next_speed(data: xr.Dataset) -> float | None:
     """Speed [m/s] that halves the widest interval in which a growth efficiency falls below 0.
 
     It considers all bodies and mass ratios; None where none is left to halve. Three digits.
@@ -192,14 +205,14 @@ def next_speed(data):
         find_growth_bracket(data, body, ratio)
         for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"])
     ]
-    brackets = [b for b in brackets if b is not None and b[1] > NARROW * b[0]]
-    if not brackets:
+    wide = [bracket for bracket in brackets if bracket and bracket[1] > NARROW * bracket[0]]
+    if not wide:
         return None
-    low, high = max(brackets, key=lambda b: b[1] / b[0])
+    low, high = max(wide, key=lambda bracket: bracket[1] / bracket[0])
     return float(f"{np.sqrt(low * high):.3g}")
 
 
-def _templates(sample: dict, study_block) -> dict[str, dict]:
+def _templates(sample: dict[str, Any], study_block: Any) -> dict[str, dict[str, Any]]:
     """Sample of the two bodies by the names of the dimension `body`."""
     if study_block.filling_factor:
         return {
@@ -214,14 +227,14 @@ def _templates(sample: dict, study_block) -> dict[str, dict]:
     return templates or {SAMPLE: deepcopy(sample)}
 
 
-def _set_filling_factor(sample: dict, phi: float) -> dict:
+def _set_filling_factor(sample: dict[str, Any], phi: float) -> dict[str, Any]:
     """The sample with a filling factor in place of those of its bodies; in place."""
     for _, block in find_keys(sample, "filling_factor"):
         block["filling_factor"] = phi
     return sample
 
 
-def _sample(template: dict, point: dict) -> dict:
+def _sample(template: dict[str, Any], point: dict[str, Any]) -> dict[str, Any]:
     """The sample of a point: its bodies, speed, impact parameter and seeds."""
     sample = deepcopy(template)
     if point["mass_ratio"] != 1.0:

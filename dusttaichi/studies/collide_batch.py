@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError, GuardStop, Interrupted, StartError
 from dusttaichi.grains.build import make
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.result_store import CHECKPOINT
+
+if TYPE_CHECKING:
+    from dusttaichi.method import Measurement, State
+
 
 RESTING = 0.25  # share of the grains that are over, from which on the next ones begin
 COMPACT = 0.5  # the same where none is waiting
@@ -21,7 +28,7 @@ LEAST = 50  # steps between two of these, at least
 class Waiting:
     """Collisions that wait: an iterator whose next item is known."""
 
-    def __init__(self, collisions: Iterable[Collision]):
+    def __init__(self, collisions: Iterable[Collision]) -> None:
         self._collisions = iter(collisions)
         self._next: Collision | None = None
 
@@ -47,9 +54,18 @@ class Batch:
     GrainEngine that they are in; grains: of all these.
     """
 
-    def __init__(self, waiting, answer, *, abreast, room, signals):
+    def __init__(
+        self,
+        waiting: Waiting,
+        answer: Callable[..., Any],
+        *,
+        abreast: int,
+        room: int,
+        signals: Sequence[int],
+    ) -> None:
         self.waiting, self.abreast, self.room, self.answer = waiting, abreast, room, answer
-        self.signals, self._live, self.grains = signals, {}, 0
+        self.signals, self.grains = signals, 0
+        self._live: dict[int, Collision] = {}
         self.run: Any = None
         self._examinations: list[tuple[int, int]] = []  # a heap of the next (step, member)
 
@@ -73,26 +89,27 @@ class Batch:
         for collision, state in zip(self.live, self._states(), strict=True):
             self.answer(collision.label, {CHECKPOINT: collision.save(state)}, Interrupted())
 
-    def _take_due(self):
+    def _take_due(self) -> list[Collision]:
         """Remove those that are to be examined now from the heap, and return them."""
         due = []
         while self._examinations and self._examinations[0][0] == self.run.step:
             due.append(self._live[heapq.heappop(self._examinations)[1]])
         return due
 
-    def _states(self):
+    def _states(self) -> list[State]:
         """The State of each that is under way."""
         if not self._live:
             return []
         members = self.run.members
         if members.surrounded:  # a single one
             return [self.run.state()]
-        return members.states(list(self._live))
+        states: list[State] = members.states(list(self._live))
+        return states
 
-    def _fill(self):
+    def _fill(self) -> None:
         """Begin the next ones once there is space for some."""
         resting = 1.0 - self.grains / self.run.size if self._live else 0.0
-        entering = []
+        entering: list[Collision] = []
         if not self._live or resting >= RESTING:
             while not self.signals and (
                 following := self.waiting.take(lambda following: self._fits(following, entering))
@@ -101,7 +118,7 @@ class Batch:
         if entering or resting >= COMPACT:
             self._compose(entering)
 
-    def _fits(self, collision, entering):
+    def _fits(self, collision: Collision, entering: list[Collision]) -> bool:
         inside = self.live + entering
         if not inside:
             return True
@@ -109,16 +126,17 @@ class Batch:
         fits_kernels = collision.batch_key == inside[0].batch_key
         return fits_kernels and len(inside) < self.abreast and grains <= self.room
 
-    def _compose(self, entering):
+    def _compose(self, entering: list[Collision]) -> None:
         """A simulation of those under way and of others, which begin or continue a checkpoint."""
-        states = self._states()
+        states: list[State | None] = [*self._states()]
         for collision in self.live:
             collision.leave()
         states += [collision.load() for collision in entering]
         self._live = dict(enumerate([*self.live, *entering]))
         first = self._live[0]
-        sample = join_members([c.sample for c in self.live], first.scene.material.radius)
-        self.run, self.grains = make(first.scene, sample, step=first.time_step), len(sample)
+        scene: Any = first.scene  # of grains, which has a material
+        sample = join_members([c.sample for c in self.live], scene.material.radius)
+        self.run, self.grains = make(scene, sample, step=first.time_step), len(sample)
         members = self.run.members
         fresh = [member for member, state in enumerate(states) if state is None]
         motions, measurements = members.measure_motion(fresh), members.measure(fresh)
@@ -136,14 +154,14 @@ class Batch:
             self._live[member].begin(motion, measurement)
             self._look(self._live[member], motion, measurement)
 
-    def _put(self, states):
+    def _put(self, states: Mapping[int, State]) -> None:
         """Continue the States of members, by their numbers."""
         if self.run.members.surrounded:
             self.run.restore(states[0])
         else:
             self.run.members.put(states)
 
-    def _resume(self, collisions):
+    def _resume(self, collisions: Sequence[Collision]) -> None:
         """Measure and continue collisions that are to be examined now."""
         members = self.run.members
         motions = members.measure_motion([collision.member for collision in collisions])
@@ -152,10 +170,13 @@ class Batch:
         for collision, motion in zip(collisions, motions, strict=True):
             self._look(collision, motion, measurements.get(collision.member))
 
-    def _look(self, collision, motion, measurement):
+    def _look(
+        self, collision: Collision, motion: NDArray[np.float64], measurement: Measurement | None
+    ) -> None:
         """Continue a collision with what was measured; one that is over is answered and rests."""
+        error: tuple[GuardStop, ...] = ()
         try:
-            row, error = collision.resume(motion, measurement), ()
+            row = collision.resume(motion, measurement)
         except GuardStop as stop:
             row, error = {}, (stop,)
         if row is None:

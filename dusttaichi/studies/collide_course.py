@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,17 @@ from dusttaichi.analysis.fragments import compute_growth_efficiency
 from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import scale_materials
-from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.grains.time_step import TimeStep, chosen_step
 from dusttaichi.method import Measurement, State
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import ledger
 from dusttaichi.studies.collide_files import decode_arrays, encode_arrays
 from dusttaichi.studies.colliding_bodies import MemberBodies
+
+if TYPE_CHECKING:
+    from dusttaichi.method import Engine
+    from dusttaichi.samples import Sample
+    from dusttaichi.scene import Scene
 
 LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
 SAME = 16  # looks over which the fragments must not change, for the collision to be over
@@ -49,15 +54,29 @@ class Collision(MemberBodies):
 
     first: Measurement
     phase_ends: list[float]
-    _records: list[tuple]
+    next_examination: int
+    lost_before: float | None
+    fragment_sizes: list[int] | None
+    facts: dict[str, Any]
+    _records: list[tuple[float, float, float, float, list[float]]]
+    _positions: list[Any]
 
-    def __init__(self, label, scene, sample, *, phases=False, files=False, checkpoint=None):
+    def __init__(
+        self,
+        label: str,
+        scene: Scene,
+        sample: Sample,
+        *,
+        phases: bool = False,
+        files: bool = False,
+        checkpoint: dict[str, Any] | None = None,
+    ) -> None:
         super().__init__(scene, sample, sample.info["target_grains"])
         self.label, self.phases, self.files, self.checkpoint = label, phases, files, checkpoint
         self.time_step = _chosen_step(scene, sample)
 
     @property
-    def batch_key(self):
+    def batch_key(self) -> tuple[float, bool]:
         """The same for all that may be side by side: time step, whether its grains are equal."""
         sample = self.sample
         return self.time_step.dt, sample.radii is None and sample.materials is None
@@ -93,10 +112,11 @@ class Collision(MemberBodies):
             distance = info["target_outer_radius"] + info["projectile_outer_radius"]
             self.flight = max(LEAST, round(distance / info["speed"] / LOOKS / dt))
             self.touch = int(info["time_to_touch"] / dt)
-        self.end = self.touch + round(self.scene.stop.time / dt)
+        stop: Any = self.scene.stop  # which the checks of the block ask for
+        self.end = self.touch + round(stop.time / dt)
         self.next_examination = self.next_look = min(self.touch, self.end)
         self.looks = self.unchanged = 0
-        self.fragment_sizes = self.lost = self.lost_before = None
+        self.lost, self.lost_before, self.fragment_sizes = 0.0, None, None
         self.phase_ends, self._records = [], []
         self._positions = [self.measure_grains()[0].tolist()]
         self.facts = self._facts()
@@ -104,11 +124,11 @@ class Collision(MemberBodies):
     # -- the course ------------------------------------------------------------------------------
 
     @property
-    def next_step(self):
+    def next_step(self) -> int:
         """Step of its GrainEngine at which it is examined next."""
         return self.next_examination - self._steps_before
 
-    def measure_dissipated(self):
+    def measure_dissipated(self) -> float:
         """Energy dissipated since the start [J]."""
         return float((self.measurement.losses - self.first.losses).sum() * self.units("J"))
 
@@ -120,7 +140,7 @@ class Collision(MemberBodies):
         return self.files or self._follows_phases or is_first or is_last or is_checked
 
     @property
-    def _follows_phases(self):
+    def _follows_phases(self) -> bool:
         """True until compression and stretching are over, where they are to be measured."""
         return self.phases and len(self.phase_ends) < 2
 
@@ -155,7 +175,7 @@ class Collision(MemberBodies):
             row = self.facts | self._measure_end()
         return row | ({"course": self._list_course()} if self.files else {})
 
-    def _follow(self):
+    def _follow(self) -> bool:
         """Look at the bodies; True, and the step of the next look, as long as it is not over.
 
         It is over where the fragments have not changed for a while, or stop.time after the touch.
@@ -178,34 +198,35 @@ class Collision(MemberBodies):
             self.next_examination = min(self.step + SHORT, self.next_look)
         return True
 
-    def _look_at_fragments(self):
+    def _look_at_fragments(self) -> None:
         """Check the ledger and count the looks without a change of the fragments."""
         self.update_normal()
         self.looks += 1
         if self.looks % EVERY:
             return
         start = method.Start.from_measurement(self.first)
-        ledger.check(self, self.measurement, start, self.scene.numerics.ledger_tolerance)
+        member = cast("Engine", self)  # which has of an Engine what the ledger asks
+        ledger.check(member, self.measurement, start, self.scene.numerics.ledger_tolerance)
         sizes = np.bincount(self.label_grains()).tolist()
         # before anything sticks or breaks there are two bodies as well
         is_unchanged = sizes == self.fragment_sizes and self.looks > LOOKS
         self.unchanged = self.unchanged + EVERY if is_unchanged else 0
         self.fragment_sizes = sizes
 
-    def _look_at_phases(self):
+    def _look_at_phases(self) -> None:
         """Note the losses of compression and of stretching where these end."""
         line, velocity = self.measure_relative_motion()
         lost, lost_at_last_look = self.measure_dissipated(), self.lost
-        self.lost = lost
+        before, self.lost = self.lost_before or 0.0, lost
         # the direction changes between the last two times: the mean of both
         if (line @ velocity > 0.0) != bool(self.phase_ends):
-            self.phase_ends.append(0.5 * (lost_at_last_look + lost) - self.lost_before)
+            self.phase_ends.append(0.5 * (lost_at_last_look + lost) - before)
         elif self.phase_ends and not self.are_bound():
-            self.phase_ends.append(lost - self.lost_before)
+            self.phase_ends.append(lost - before)
 
     # -- the row ---------------------------------------------------------------------------------
 
-    def _record(self):
+    def _record(self) -> None:
         """Note the energies [J] and the distance of the bodies [m] now."""
         J, m = self.units("J"), self.measurement
         distance = float(np.linalg.norm(self.measure_relative_motion()[0]))
@@ -213,17 +234,18 @@ class Collision(MemberBodies):
         change = float((m.potential - self.first.potential) * J)
         self._records.append((self.step * self.dt, distance, float(m.kinetic * J), change, losses))
 
-    def _list_course(self):
+    def _list_course(self) -> dict[str, Any]:
         """Its `course`, values of JSON: the series, and its grains at start and end."""
         *columns, losses = zip(*self._records, strict=True)
-        series = dict(zip(("time", "distance", "kinetic", "potential"), columns, strict=True))
+        names = ("time", "distance", "kinetic", "potential")
+        series: dict[str, Any] = dict(zip(names, columns, strict=True))
         series["loss"] = dict(zip(self.channels, zip(*losses, strict=True), strict=True))
         body = np.repeat([0, 1], [len(grains) for grains in self.bodies])
         grains = {"radius": self.radii, "body": body, "fragment": self.label_grains()}
         grains["position"] = np.array([*self._positions, self.measure_grains()[0]])
         return {"series": series, "grains": plain(grains)}
 
-    def _facts(self):
+    def _facts(self) -> dict[str, Any]:
         """Columns known before the collision."""
         target, projectile = (self.masses[body].sum() for body in self.bodies)
         info, fragments = self.sample.info, self.find_fragments()
@@ -237,7 +259,7 @@ class Collision(MemberBodies):
             "outer_radii": float(info["target_outer_radius"] + info["projectile_outer_radius"]),
         }
 
-    def _measure_end(self):
+    def _measure_end(self) -> dict[str, Any]:
         """Columns known at the end."""
         fragments, m, J = self.find_fragments(), self.measurement, self.units("J")
         outcome, ends = classify_outcome(fragments, self.masses, self.bodies), self.phase_ends
@@ -254,23 +276,24 @@ class Collision(MemberBodies):
             "loss": dict(zip(self.channels, (m.losses * J).tolist(), strict=True)),
             "compression_loss": ends[0] if ends else None,
             "stretching_loss": ends[1] - ends[0] if len(ends) > 1 else None,
-            "collision_loss": self.measure_dissipated() - self.lost_before,
+            "collision_loss": self.measure_dissipated() - (self.lost_before or 0.0),
             "kinetic": float(m.kinetic * J),
             "potential": float((m.potential - self.first.potential) * J),
             "residual": float(residual / self.facts["impact_energy"]),
         }
 
-    def restitution_of(self, outcome):
+    def restitution_of(self, outcome: str) -> float | None:
         """Restitution, 0 where the bodies stay together, None of bodies that break up."""
         if outcome in ("sticking", "growth"):
             return 0.0
         return self.measure_restitution() if outcome == "bouncing" else None
 
 
-def _chosen_step(scene, sample):
+def _chosen_step(scene: Scene, sample: Sample) -> TimeStep:
     """The TimeStep of a collision; the same for all of one speed, whatever their masses round."""
     if not scene.boundary.walls and (speed := sample.info["speed"]) > 0.0:
         v = sample.velocities - sample.velocities[0]
         sample = replace(sample, velocities=np.round(v / speed, ROUNDED) * speed)
     scene = scale_materials(scene)
-    return chosen_step(ContactTable.for_sample(scene, sample), sample)
+    step: TimeStep = chosen_step(ContactTable.for_sample(scene, sample), sample)
+    return step

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.results.provenance import describe_study
@@ -57,7 +58,7 @@ def build_course_dataset(course: Mapping[str, Any]) -> xr.Dataset:
     return data
 
 
-def encode_arrays(arrays: Mapping[str, np.ndarray]) -> dict[str, list]:
+def encode_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, list[Any]]:
     """Arrays by name as values of JSON, bitwise: type, shape and compressed bytes of each."""
     return {
         name: [
@@ -69,7 +70,7 @@ def encode_arrays(arrays: Mapping[str, np.ndarray]) -> dict[str, list]:
     }
 
 
-def decode_arrays(encoded: Mapping[str, list]) -> dict[str, np.ndarray]:
+def decode_arrays(encoded: Mapping[str, list[Any]]) -> dict[str, NDArray[Any]]:
     """The arrays of `encode_arrays`."""
     return {
         name: np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype).reshape(shape).copy()

@@ -1,7 +1,10 @@
 """Plan of a study of collisions: number, time steps, run time, and the limit of the contacts."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +17,9 @@ from dusttaichi.scene import quantities
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.requests import count_cores
 from dusttaichi.studies.step_times import estimate_step_time
+
+if TYPE_CHECKING:
+    from dusttaichi.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -40,22 +46,22 @@ class Plan:
     refused: tuple[float, ...]
 
     @property
-    def count(self):
+    def count(self) -> int:
         """Number of collisions, with those of further speeds."""
         sizes = self.sizes | {"speed": self.sizes["speed"] + self.refine}
         return int(np.prod(list(sizes.values())))
 
     @property
-    def wall_time(self):
+    def wall_time(self) -> tuple[float, ...]:
         """(least, likely, most) time [s] of the collisions on this machine."""
         return tuple(seconds / self.processes for seconds in self.seconds)
 
     @property
-    def beyond(self):
+    def beyond(self) -> str:
         """Sentence about speeds beyond the contact model, or ""."""
-        return beyond_model(self.speeds, self.impact)
+        return str(beyond_model(self.speeds, self.impact))
 
-    def rows(self):
+    def rows(self) -> list[tuple[str, str]]:
         """Rows (name, value) of text."""
         names = {"body": "bodies", "mass_ratio": "mass ratios", "speed": "speeds"}
         names |= {"impact_parameter": "impact parameters", "seed": "pairs of seeds"}
@@ -86,7 +92,7 @@ class Plan:
         return [*rows, ("steps at most", f"{self.steps:,} of all collisions")]
 
 
-def plan_of(scene):
+def plan_of(scene: Scene) -> Plan:
     """The Plan of a scene with a block `collisions`. Makes a sample of each body and mass ratio."""
     study = Collisions(scene, scene.output.directory)
     speeds = tuple(sorted(study.axes["speed"]))
@@ -106,13 +112,14 @@ def plan_of(scene):
                     raise
                 refused.add(speed)
                 continue
-            time = sample.info["gap"] / speed + sample_scene.stop.time
-            steps_each += ceil(time / dt)
+            stop: Any = sample_scene.stop  # which the checks of the block ask for
+            steps_each += ceil((sample.info["gap"] / speed + stop.time) / dt)
         # further speeds are between those of the study
         steps_each = round(steps_each * (1.0 + study.refine / len(speeds)))
         steps += steps_each * pairs
         seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), steps_each * pairs)
     count, cores, batch = len(study.requests()), count_cores(study.base), study.side_by_side
+    least, likely, most = seconds.tolist()
     return Plan(
         {name: len(values) for name, values in study.axes.items()},
         study.refine,
@@ -120,7 +127,7 @@ def plan_of(scene):
         tuple(study.axes["impact_parameter"]),
         (min(grains), max(grains)),
         steps,
-        tuple(seconds.tolist()),
+        (least, likely, most),
         min(count, max(1, usable_cores() // (cores or usable_cores()))),
         min(count, batch["abreast"], max(1, batch["room"] // min(grains))),
         max(impacts, key=lambda impact: impact.overlap),

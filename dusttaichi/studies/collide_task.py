@@ -23,7 +23,7 @@ def run(parent: Any, *, calls: list[dict[str, Any]], abreast: int, room: int) ->
     """
     signals: list[int] = []
 
-    def answer(label, row, error=None):
+    def answer(label: str, row: dict[str, Any], error: DustError | None = None) -> None:
         code = 0 if error is None else error.exit_code
         parent.report(
             answered={"label": label, "code": code, "text": str(error or ""), "values": row}
@@ -41,13 +41,14 @@ def make_collision(scene: Scene, phases: bool = False) -> dict[str, Any]:
 
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
     """
-    answers: list[tuple] = []
+    answers: list[tuple[Any, ...]] = []
     collision = Collision("", scene, samples.make(scene), phases=phases)
     make_collisions([collision], lambda *answer: answers.append(answer))
     [(_, row, *error)] = answers
     if error:
         raise error[0]
-    return row
+    numbers: dict[str, Any] = row
+    return numbers
 
 
 _base = lru_cache(1)(from_yaml)  # the same for all collisions of a study
@@ -58,7 +59,7 @@ def _prepare_collisions(
 ) -> Iterator[Collision]:
     """The Collisions of calls; those that cannot be made are answered."""
     for call in calls:
-        options = {name: call.get(name) for name in ("phases", "files", "checkpoint")}
+        options: dict[str, Any] = {n: call.get(n) for n in ("phases", "files", "checkpoint")}
         try:
             scene = _base(call["scene"]).with_value("sample", call["sample"])
             collision = Collision(call["label"], scene, samples.make(scene), **options)
