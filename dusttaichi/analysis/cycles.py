@@ -9,7 +9,7 @@ bulk modulus, dP/d ln V).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ from dusttaichi.results.datasets import read_at
 if TYPE_CHECKING:
     import xarray as xr
 
-Run = Any  # analysis.run.Run, which imports this module
-
+    from dusttaichi.analysis.records import Records
 
 SHARE = 0.5  #: Share of the initial pressure of a stage over whose fall the slope is fitted.
 FEWEST = 4  #: Least number of records for a slope.
@@ -42,7 +41,7 @@ class Unloading:
     path: NDArray[np.float64]  #: Pressure of all its records [Pa], (times,).
 
 
-def measure_unloadings(run: Run) -> list[Unloading]:
+def measure_unloadings(run: Records) -> list[Unloading]:
     """Unloading of every stage of a run that unloads, in order.
 
     Raises
@@ -56,7 +55,7 @@ def measure_unloadings(run: Run) -> list[Unloading]:
     return unloadings
 
 
-def _measure_unloading(stage: Run) -> Unloading:
+def _measure_unloading(stage: Records) -> Unloading:
     start, series = stage.start, stage.series
     phi0, p0 = float(start.filling_factor), float(compute_pressure(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)

@@ -2,64 +2,30 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dusttaichi.analysis.records import Records
 from dusttaichi.analysis.tension import find_start_of_tension, is_tensile_test, read_tension
 from dusttaichi.physics.geometry import LYING
 from dusttaichi.results.datasets import read_at
 from dusttaichi.scene.numerics import DRAFT
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Run = Any  # analysis.run.Run, which imports this module
-
-
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
-class Records(Protocol):
-    """Content of a result file or a stage, as a Run has it, from which its kind follows."""
-
-    series: xr.Dataset
-    stage_name: str
-    _record_before: int | None
-
-    @property
-    def tree(self) -> xr.DataTree | None: ...
-
-    @property
-    def scene(self) -> dict[str, Any]: ...
-
-    @property
-    def sample(self) -> dict[str, Any]: ...
-
-    @property
-    def boundary(self) -> str: ...
-
-    @property
-    def grains(self) -> int | None: ...
-
-    @property
-    def parts(self) -> list[Run]: ...
-
-    @property
-    def start(self) -> xr.Dataset: ...
-
-    @property
-    def snapshots(self) -> xr.Dataset | None: ...
-
-    @property
-    def snapshot_count(self) -> int: ...
-
-
 class RunKind(Records):
     """Properties of a Run that name its kind; a base class of Run alone."""
+
+    @property
+    @abstractmethod
+    def parts(self) -> Sequence[RunKind]:
+        """The stages that have begun, or the run itself without stages."""
 
     @property
     def pushes(self) -> list[dict[str, Any]]:
@@ -141,7 +107,7 @@ class RunKind(Records):
         first = self.sample.get("target_grains", 1)
         return np.arange(first), np.arange(first, self.grains)
 
-    def _does(self, condition: Callable[[Run], bool]) -> bool:
+    def _does(self, condition: Callable[[RunKind], bool]) -> bool:
         return any(map(condition, self.parts))
 
     @property
@@ -189,7 +155,7 @@ SLOWEST = 1.0  #: Wall speed [m/s] from which S12 (section 5.2.2) calls a compre
 STEADY = 0.01  #: Share by which the speed of a steady wall may vary.
 
 
-def measure_wall_speed(run: Run) -> float:
+def measure_wall_speed(run: Records) -> float:
     """Downward speed [m/s] of the top wall; nan where it changes or is unknown."""
     if "height" not in run.series or run.series.sizes["time"] < 3:
         return np.nan
@@ -202,7 +168,7 @@ def measure_wall_speed(run: Run) -> float:
     return float(speed) if np.all(np.abs(height - straight) <= STEADY * travelled) else np.nan
 
 
-def is_dynamic(run: Run) -> bool:
+def is_dynamic(run: Records) -> bool:
     """True for a cake in a closed box pressed at a constant speed of SLOWEST or more."""
     return (
         run.compresses
@@ -226,7 +192,7 @@ def add_draft_reason(name: str, scene: Mapping[str, Any]) -> str:
     return f"{name} ({text})" if text else name
 
 
-def warn_of_mixed_drafts(runs: Sequence[Run]) -> str:
+def warn_of_mixed_drafts(runs: Sequence[Records]) -> str:
     """A sentence where some of several Runs are drafts and others are not; else ""."""
     texts = {run.name: explain_draft(run.scene) for run in runs}
     if len(set(texts.values())) < 2:

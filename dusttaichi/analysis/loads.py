@@ -19,9 +19,7 @@ from dusttaichi.scene.quantities import parse
 if TYPE_CHECKING:
     import xarray as xr
 
-RunKind = Any  # analysis.run.Run, which imports this module
-Run = Any  # analysis.run.Run, which imports this module
-
+    from dusttaichi.analysis.records import Records
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.
 MISSED = 0.1  #: Relative deviation of a load from the controlled one from which it is missed.
@@ -62,7 +60,7 @@ def format_load(test: StrengthTest) -> str:
     return f"{test.load / 1e3:.3g}{target} kPa"
 
 
-def measure_controlled_loads(run: Run) -> list[ControlledLoad]:
+def measure_controlled_loads(run: Records) -> list[ControlledLoad]:
     """Controlled loads of the stages of a run that control a pressure, in order."""
     return [
         _measure_controlled_load(stage, parse(pressure, "pressure"))
@@ -71,13 +69,13 @@ def measure_controlled_loads(run: Run) -> list[ControlledLoad]:
     ]
 
 
-def find_stage_block(stage_run: RunKind) -> dict[str, Any] | None:
+def find_stage_block(stage_run: Records) -> dict[str, Any] | None:
     """Block of a stage of a Run in its scene; None of a run without stages."""
     blocks = {block["name"]: block for block in stage_run.scene.get("stages") or []}
     return blocks.get(stage_run.stage_name, {}) if blocks else None
 
 
-def find_drive(stage_run: RunKind) -> dict[str, Any]:
+def find_drive(stage_run: Records) -> dict[str, Any]:
     """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
     block = find_stage_block(stage_run)
     scene = stage_run.scene
@@ -85,7 +83,7 @@ def find_drive(stage_run: RunKind) -> dict[str, Any]:
     return drive
 
 
-def _measure_controlled_load(stage: Run, prescribed: float) -> ControlledLoad:
+def _measure_controlled_load(stage: Records, prescribed: float) -> ControlledLoad:
     series = stage.series
     pressure = compute_pressure(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
@@ -159,7 +157,7 @@ class Triaxial(StrengthTest):
     deviator: Floats
 
 
-def measure_shear_tests(run: Run) -> list[Shearing]:
+def measure_shear_tests(run: Records) -> list[Shearing]:
     """Shear test of every stage of a run that shears, in order.
 
     Raises
@@ -178,7 +176,7 @@ def measure_shear_tests(run: Run) -> list[Shearing]:
     return tests
 
 
-def _compute_shear_strain(stage: Run) -> Floats:
+def _compute_shear_strain(stage: Records) -> Floats:
     """Shear strain since the start of a stage, (n,).
 
     For a top wall it is the integral of its displacement over the current height.
@@ -193,7 +191,7 @@ def _compute_shear_strain(stage: Run) -> Floats:
     return np.cumsum(growth)
 
 
-def _parse_normal_stress(stage: Run) -> float:
+def _parse_normal_stress(stage: Records) -> float:
     """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
     drive = find_drive(stage)
     stress = drive.get("stress")
@@ -204,7 +202,7 @@ def _parse_normal_stress(stage: Run) -> float:
     return parse(drive["pressure"], "pressure") if drive.get("pressure") else np.nan
 
 
-def _measure_shear_test(stage: Run, strain: Floats, previous_strain: float) -> Shearing:
+def _measure_shear_test(stage: Records, strain: Floats, previous_strain: float) -> Shearing:
     series, direction = stage.series, float(np.sign(strain[-1]))
     shear, normal = _read_stresses(series)
     strain, shear = direction * strain, direction * shear
@@ -250,7 +248,7 @@ def _read_stresses(series: xr.Dataset) -> tuple[Floats, Floats]:
     return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]
 
 
-def measure_triaxial_tests(run: Run) -> list[Triaxial]:
+def measure_triaxial_tests(run: Records) -> list[Triaxial]:
     """Triaxial test of every such stage of a run, in order.
 
     Raises
@@ -269,12 +267,12 @@ def measure_triaxial_tests(run: Run) -> list[Triaxial]:
     return [_measure_triaxial_test(stage, stresses[stage.stage_name]) for stage in stages]
 
 
-def is_triaxial(run: Run) -> bool:
+def is_triaxial(run: Records) -> bool:
     """True where a stage of a Run is a triaxial test."""
     return bool(_find_controlled_stresses(run)) and "stress" in run.series
 
 
-def _find_controlled_stresses(run: Run) -> dict[str, list[str]]:
+def _find_controlled_stresses(run: Records) -> dict[str, list[str]]:
     """Stress along each axis of each stage that controls it along two, by name of the stage."""
     stresses = {stage.stage_name: find_drive(stage).get("stress") for stage in run.parts}
     return {
@@ -284,7 +282,7 @@ def _find_controlled_stresses(run: Run) -> dict[str, list[str]]:
     }
 
 
-def _measure_triaxial_test(stage: Run, stress: list[str]) -> Triaxial:
+def _measure_triaxial_test(stage: Records, stress: list[str]) -> Triaxial:
     """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
     axis, series = stress.index("free"), stage.series
     levels = [parse(level, "pressure") for level in stress if level != "free"]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import typeset
 
-Run = Any  # analysis.run.Run, which imports this module
+if TYPE_CHECKING:
+    from dusttaichi.analysis.records import Records
 
 
 MOST = 3  # largest number of differing keys in a name
@@ -35,7 +36,7 @@ def format_run_name(title: str, scene: dict[str, Any], folder: str = "") -> str:
     return ", ".join([base, *changes, *_format_replica(folder, changes)])
 
 
-def name_runs(runs: Sequence[Run]) -> list[str]:
+def name_runs(runs: Sequence[Records]) -> list[str]:
     """A name for each of several Runs, by which they differ.
 
     Points of one study are named by their changed keys alone. Runs of the same name are named by

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from dusttaichi.analysis.loads import find_drive, find_stage_block
 from dusttaichi.results.datasets import read_at
 
-RunKind = Any  # analysis.run.Run, which imports this module
-Run = Any  # analysis.run.Run, which imports this module
+if TYPE_CHECKING:
+    from dusttaichi.analysis.records import Records
 
 
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
 
-def read_tension(stage: RunKind) -> NDArray[np.float64]:
+def read_tension(stage: Records) -> NDArray[np.float64]:
     """Tension [Pa] of the records of a stage, (times,), along the axis that grows most.
 
     Along the axis of the largest mean if the edges are unknown; on the top wall without a stress.
@@ -32,12 +32,12 @@ def read_tension(stage: RunKind) -> NDArray[np.float64]:
     return normal[:, find_longest_axis(stage)]
 
 
-def find_longest_axis(stage: RunKind) -> int:
+def find_longest_axis(stage: Records) -> int:
     """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
     return int(np.nanargmax(stage.series.box_length.values[-1] / stage.start.box_length.values))
 
 
-def _is_load_controlled(stage: RunKind) -> bool:
+def _is_load_controlled(stage: Records) -> bool:
     """True where the scene prescribes the load along the axis that grows most."""
     drive = find_drive(stage)
     stress = drive.get("stress")
@@ -62,14 +62,14 @@ def find_start_of_tension(stress: NDArray[np.float64]) -> int | None:
     return int(tensile[0])
 
 
-def is_tensile_test(stage_run: RunKind) -> bool:
+def is_tensile_test(stage_run: Records) -> bool:
     """True for a stage, or a run without stages, that its scene ends past the largest tension."""
     stage_block = find_stage_block(stage_run)
     block = stage_run.scene if stage_block is None else stage_block
     return (block.get("stop") or {}).get("past_maximum") is not None
 
 
-def explain_missing_strength(run: Run) -> str | None:
+def explain_missing_strength(run: Records) -> str | None:
     """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
     if run.stretches and _is_load_controlled(run.part_that("stretches")):
         return "none: the scene prescribes the load; a strength needs a speed or a strain rate"
