@@ -1,4 +1,4 @@
-"""What a measurement needs of a run or a stage: its records, its scene, and what they say of it.
+"""Protocol of a run for measurements: its records and its scene, and properties that follow.
 
 `Run`, which has it, imports the measurements that its properties use, and they this file.
 """
