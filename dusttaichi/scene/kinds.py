@@ -93,8 +93,9 @@ class Kinds(Registry[str, Kind]):
         return register_kind
 
     def restore(self, added: Mapping[str, Kind]) -> None:
-        super().restore(added)
-        self.rebuild_readers()
+        if dict(added) != self.added:  # it takes a tenth of a second
+            super().restore(added)
+            self.rebuild_readers()
 
     def rebuild_readers(self) -> None:
         """Update the blocks with a field for any kind."""
