@@ -51,11 +51,6 @@ class Pores:
         return float(np.sqrt(self.void * (1.0 - self.void) / self.points))
 
     @property
-    def share_error(self) -> float:
-        """Largest standard error of `share`, that of a half."""
-        return float(0.5 / np.sqrt(max(self.void * self.points, 1.0)))
-
-    @property
     def median(self) -> float:
         """Radius [m] such that pores at least as large make up half of the void."""
         return float(np.interp(-0.5, -self.share, self.radius))

@@ -83,16 +83,15 @@ class Clock:
 
     def step_of_filling_factor(self, phi: float) -> int:
         """First step of the stage at which the filling factor has reached phi, from either side."""
-        if self.filling_factor_at(self.first) >= phi and not self.fills(-1):
-            return self.first
-        if self.fills(-1):
+        if self.loosens:
             return self._first(lambda step: self.filling_factor_at(step) <= phi)
         return self._first(lambda step: self.filling_factor_at(step) >= phi)
 
-    def fills(self, sign: int) -> bool:
-        """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
-        speeds = [sign * self._find_speed(axis) for axis in range(3)]
-        return any(v < 0.0 for v in speeds) and not any(v > 0.0 for v in speeds)
+    @property
+    def loosens(self) -> bool:
+        """True where the filling factor falls from the first step on."""
+        speeds = [self._find_speed(axis) for axis in range(3)]
+        return any(v > 0.0 for v in speeds) and not any(v < 0.0 for v in speeds)
 
     def step_of_strain(self, strain: float) -> int:
         """First step of the stage at which the strain is at least `strain`."""

@@ -36,7 +36,7 @@ def next_step(interval: Interval | None, clock: Clock, step: int) -> int:
         while (next_due := clock.step_of_strain(multiple * interval.strain)) <= step:
             multiple += 1
         return next_due
-    sign, change = -1 if clock.fills(-1) else 1, cast(float, interval.filling_factor)
+    sign, change = -1 if clock.loosens else 1, cast(float, interval.filling_factor)
     multiple = floor(sign * clock.filling_factor_at(step) / change) + 1
     while (
         multiple != 0

@@ -62,10 +62,6 @@ class GrainTest:
     phi: float
     segments: tuple[Segment, ...]
 
-    def select_segments(self, segment_kind):
-        """The segments of a kind."""
-        return [segment for segment in self.segments if segment.kind == segment_kind]
-
 
 def grain_test(run):
     """The GrainTest of a Run. Raises DustError without stress, or where it is not confined."""

@@ -9,16 +9,8 @@ out of the plane is S_yy = -(S_xx + S_zz): matrices of NumPy on the host, of Tai
 
 from numpy import minimum, sqrt
 
-from dusttaichi.continuum.physics.tensors import unit
-
 TINY = 1e-30
 """Pa^2: keeps a division by an invariant that is 0 finite."""
-
-
-def compute_increment(L, dt, mu):
-    """Increment of S by the strain of a step [Pa]: 2 mu (D - tr D/3) dt, in plane strain too."""
-    D = 0.5 * (L + L.transpose())
-    return 2.0 * mu * dt * (D - D.trace() / 3.0 * unit(D))
 
 
 def rotate(S, L, dt):
@@ -39,14 +31,9 @@ def shear_energy(volume, squares, mu):
 
 
 def radial(J2, Y):
-    """Factor on S that brings sqrt(3 J2) back to Y [Pa]; 1 where it is below."""
-    return minimum(1.0, Y / sqrt(3.0 * J2 + TINY))
+    """Factor on S that brings sqrt(3 J2) back to Y [Pa]; 1 where it is below.
 
-
-def benz(J2, Y):
-    """The factor Y^2/(3 J2) of Benz & Asphaug (1994), which returns too far.
-
-    It puts the stress inside of the yield surface by as much as the step had it outside, so that
-    the strength depends on the time step; it tends to `radial` for short ones.
+    Its square is that of Benz & Asphaug (1994), which returns too far: inside of the yield surface
+    by as much as the step had it outside, so that the strength depends on the time step.
     """
-    return minimum(1.0, Y * Y / (3.0 * J2 + TINY))
+    return minimum(1.0, Y / sqrt(3.0 * J2 + TINY))

@@ -32,11 +32,6 @@ def material_type(laws):
     return ti.types.struct(**dict.fromkeys(numbers_class(laws).names(), ti.f64))
 
 
-@ti.func
-def _unit(matrix):
-    return ti.Matrix.identity(ti.f64, matrix.n)
-
-
 _NAMES = {
     "abs": abs,
     "cos": ti.cos,
@@ -74,7 +69,7 @@ def laws_of(laws):
 
     For example laws_of(m.laws).compressive(phi, m), or pressure(density, reference, m).
     """
-    names = {"unit": _unit}
+    names = {}
     for name, function in vars(chosen.functions_of(laws)).items():
         # modulus and exponent come before the solution that uses them
         names[f"{name}_law"] = _compile(getattr(function, "plain", function), names)
