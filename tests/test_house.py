@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 from program import python
+from sources import list_nodes
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "dusttaichi"
@@ -55,30 +56,32 @@ def _name(path):
     return path.relative_to(ROOT).as_posix().removeprefix("dusttaichi/")
 
 
-@cache
-def _trees(beside=False):
-    files = FILES + BESIDE if beside else FILES
-    return [(path, ast.parse(path.read_text(encoding="utf-8"))) for path in files]
+def _sources(beside=False):
+    """(path, nodes) of each file."""
+    return [(path, list_nodes(path)) for path in (FILES + BESIDE if beside else FILES)]
 
 
-def _lazy_names(tree):
+def _lazy_names(nodes):
     """Nodes of the imports for type checkers of a package that imports its names on first use."""
-    if not any(getattr(node, "name", "") == "__getattr__" for node in ast.walk(tree)):
+    if not any(getattr(node, "name", "") == "__getattr__" for node in nodes):
         return set()
-    blocks = [n for n in tree.body if isinstance(n, ast.If) and _last(n.test) == "TYPE_CHECKING"]
+    top_level = nodes[0].body
+    blocks = [n for n in top_level if isinstance(n, ast.If) and _last(n.test) == "TYPE_CHECKING"]
     return {node for block in blocks for node in block.body}
 
 
-def _imports(tree):
+@cache
+def _imports(path):
     """Dotted names below the package that a module imports, wherever in it."""
-    lazy = _lazy_names(tree)
-    for node in ast.walk(tree):
-        if node in lazy:
+    nodes, names = list_nodes(path), []
+    lazy = _lazy_names(nodes)
+    for node in nodes:
+        if not isinstance(node, ast.ImportFrom) or node in lazy:
             continue
-        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "dusttaichi":
-            below = node.module.split(".")[1:]
-            for alias in node.names:
-                yield [*below, alias.name]
+        first, *below = (node.module or "").split(".")
+        if first == "dusttaichi":
+            names += [(*below, alias.name) for alias in node.names]
+    return names
 
 
 def test_the_top_level_is_small():
@@ -103,8 +106,8 @@ def _docstring_lines(node):
 
 def test_no_function_is_long():
     long = {}
-    for path, tree in _trees(beside=True):
-        for node in ast.walk(tree):
+    for path, nodes in _sources(beside=True):
+        for node in nodes:
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 size = node.end_lineno - node.lineno + 1 - _docstring_lines(node)
                 if size > FUNCTION and not _of_any_size(path):
@@ -120,8 +123,8 @@ def _is_taichi(node):
 
 def test_few_arguments_by_position():
     faults = {}
-    for path, tree in _trees(beside=True):
-        for node in ast.walk(tree):
+    for path, nodes in _sources(beside=True):
+        for node in nodes:
             if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) or _is_taichi(node):
                 continue
             names = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
@@ -139,8 +142,8 @@ def _room(path):
 @pytest.mark.parametrize("room", IMPORTS)
 def test_rooms_import_what_the_plan_says(room):
     faults = {}
-    for path, tree in _trees(beside=True):
-        for parts in _imports(tree) if _room(path) == room else ():
+    for path in FILES + BESIDE:
+        for parts in _imports(path) if _room(path) == room else ():
             first = parts[0] if parts[0] in IMPORTS else "__init__"
             faults.setdefault(first, []).append((".".join(parts[:2]), _name(path)))
     faults.pop(room, None)
@@ -160,9 +163,10 @@ def test_imports_go_down_and_are_few():
     pairs = [(a, b.partition(".")[0]) for a, named in IMPORTS.items() for b in named.split()]
     assert all(rooms.index(a) < rooms.index(b) for a, b in pairs)
     assert len(pairs) <= MOST
-    assert {_room(path) for path, _ in _trees(beside=True)} == set(rooms)
+    assert {_room(path) for path in FILES + BESIDE} == set(rooms)
 
 
+@cache
 def _file(names):
     """The file of a module, or of the one that a name is imported from."""
     for n in range(len(names), 0, -1):
@@ -176,7 +180,7 @@ def _file(names):
 def test_modules_do_not_import_each_other_in_a_circle():
     """Not even inside of functions, or for their annotations alone."""
     order = {path: n for n, path in enumerate(FILES)}
-    edges = [(n, order[_file(i)]) for n, (_, tree) in enumerate(_trees()) for i in _imports(tree)]
+    edges = [(n, order[_file(i)]) for n, path in enumerate(FILES) for i in _imports(path)]
     edges = np.array([(a, b) for a, b in edges if a != b])
     graph = scipy.sparse.coo_matrix((np.ones(len(edges)), edges.T), (len(FILES),) * 2)
     _, label = scipy.sparse.csgraph.connected_components(graph, connection="strong")
@@ -187,9 +191,9 @@ def test_modules_do_not_import_each_other_in_a_circle():
     assert not circles
 
 
-def _modules(tree):
+def _modules(nodes):
     """Full names of the modules that a file imports, or imports from."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -200,8 +204,8 @@ def test_the_compiler_is_imported_in_one_place():
     """So that its version is the matter of one file."""
     faults = {
         _name(path)
-        for path, tree in _trees()
-        for module in _modules(tree)
+        for path, nodes in _sources()
+        for module in _modules(nodes)
         if module.split(".")[0] in ("taichi", "quadrants")
     }
     text = (PACKAGE / "compute/engine.py").read_text(encoding="utf-8")
@@ -224,7 +228,7 @@ def test_rooms_without_taichi():
 
 def test_python_is_started_in_one_place():
     """So that no process of the program imports what is in the current directory."""
-    for path, _ in _trees(beside=True):
+    for path in FILES + BESIDE:
         assert "sys.executable" not in path.read_text() or _name(path) == "compute/processes.py", (
             path
         )
@@ -234,9 +238,9 @@ def test_units_are_converted_in_few_places():
     """What knows the factors of grains: they alone, and exports in LAMMPS's `units micro`."""
     knowing = {
         _name(path)
-        for path, tree in _trees()
-        for names in _imports(tree)
-        if names[0] == "units" and names[1:] not in (["SI"], ["Units"])
+        for path in FILES
+        for names in _imports(path)
+        if names[0] == "units" and names[1:] not in (("SI",), ("Units",))
     }
     assert knowing and all(name.startswith(("grains/", "export/lammps")) for name in knowing)
 
@@ -265,13 +269,13 @@ NEUTRAL = {
 OWN_CLASSES = {"GrainsScene", "ContinuumScene", "GrainEngine", "DustEngine"}
 
 
-def _of_methods(tree):
+def _of_methods(nodes):
     """What in a file does one thing for one method and another for another."""
 
     def is_method(node):
         return isinstance(node, (ast.Attribute, ast.Name)) and _last(node) == "method"
 
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Compare):
             sides = (node.left, *node.comparators)
             texts = [c for side in sides for c in ast.walk(side) if isinstance(c, ast.Constant)]
@@ -297,8 +301,8 @@ def _last(node):
 def test_methods_are_told_apart_in_one_place():
     """What a method does differently its Method says; nobody else asks which one it is."""
     faults = {
-        _name(path): list(_of_methods(tree))
-        for path, tree in _trees()
+        _name(path): list(_of_methods(nodes))
+        for path, nodes in _sources()
         if path.relative_to(PACKAGE).parts[0] in NEUTRAL | {"method"}
     }
     assert len(faults) > 50 and not {name: texts for name, texts in faults.items() if texts}
@@ -323,7 +327,7 @@ def test_methods_are_told_apart_in_one_place():
     ],
 )
 def test_telling_methods_apart_is_found(code, tells):
-    assert bool(list(_of_methods(ast.parse(code)))) == tells
+    assert bool(list(_of_methods(ast.walk(ast.parse(code))))) == tells
 
 
 def test_nobody_asks_for_the_continuum():
@@ -351,7 +355,7 @@ TENANTS = {
 @pytest.mark.parametrize("tenant", TENANTS)
 def test_a_method_is_in_its_folder(tenant):
     """Common subpackages do not import it: it could be a package installed beside this one."""
-    importers = {_room(path) for path, tree in _trees() for i in _imports(tree) if i[0] == tenant}
+    importers = {_room(path) for path in FILES for i in _imports(path) if i[0] == tenant}
     assert importers <= {tenant, "commands"}  # `dust fit` fits its material
 
 
@@ -359,12 +363,12 @@ def test_a_method_is_in_its_folder(tenant):
 def test_imports_within_a_method_go_down(tenant):
     order = list(TENANTS[tenant])
     imports = {name: set() for name in order}
-    for path, tree in _trees():
+    for path in FILES:
         names = path.relative_to(PACKAGE).parts
         if names[0] == tenant:
             inner = names[1] if len(names) > 2 else ""
             imports[inner] |= {
-                i[1] if i[1] in order else "" for i in _imports(tree) if i[0] == tenant
+                i[1] if i[1] in order else "" for i in _imports(path) if i[0] == tenant
             }
     assert {a: b - {a} for a, b in imports.items()} == {
         name: set(below.split()) for name, below in TENANTS[tenant].items()

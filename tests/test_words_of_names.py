@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from sources import list_nodes
 
 ROOT = Path(__file__).parents[1]
 VAGUE = set(
@@ -57,9 +58,9 @@ LETTERS, LETTER_LINES = set("gpkhbq"), 10
 SCOPES = (ast.FunctionDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 
 
-def given_names(tree):
+def given_names(nodes):
     """Names that a piece of code gives to variables, parameters and attributes."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             yield node.id
         elif isinstance(node, ast.arg):
@@ -68,9 +69,9 @@ def given_names(tree):
             yield node.attr
 
 
-def function_names(tree):
+def function_names(nodes):
     """Names of functions and methods but for properties and special methods."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("__"):
             if not any("property" in ast.dump(decorator) for decorator in node.decorator_list):
                 yield node.name
@@ -85,13 +86,13 @@ def count_names(folder):
     """(vague names, all names, verbless functions, all functions) of a folder."""
     names, functions, vague, verbless = 0, 0, [], []
     for path in sorted((ROOT / folder).rglob("*.py")):
-        file, tree = path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
-        for name in given_names(tree):
+        file, nodes = path.relative_to(ROOT).as_posix(), list_nodes(path)
+        for name in given_names(nodes):
             names += 1
             word = name.lstrip("_")
             if word in VAGUE and not is_word_of_field(file, word):
                 vague.append(f"{file}: {name}")
-        for name in function_names(tree):
+        for name in function_names(nodes):
             functions += 1
             if VERBLESS.fullmatch(name):
                 verbless.append(f"{file}: {name}()")
@@ -151,7 +152,7 @@ def test_long_functions_spell_letters(folder):
     """CONTRIBUTING.md, section Names."""
     lines = []
     for path in sorted((ROOT / folder).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in list_nodes(path):
             if isinstance(node, ast.FunctionDef):
                 if node.end_lineno - node.lineno >= LETTER_LINES and (names := list_letters(node)):
                     file = path.relative_to(ROOT).as_posix()
