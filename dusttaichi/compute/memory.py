@@ -5,6 +5,7 @@ copy whole fields and compile a kernel for each. On a CPU the arrays share the m
 (compute.taichi_internals.addresses); else the requested rows are copied (compute.transfer).
 """
 
+import ctypes
 from math import floor, log2
 
 import numpy as np
@@ -112,6 +113,23 @@ class Table:
             self.memory[...] = value
         else:
             self.field.fill(value)
+
+
+def view_cells(tables, rows):
+    """The first rows of fields that are adjacent in memory, each of them one void: (rows,).
+
+    It shares their memory. None on a device with memory of its own. tables: Table of all fields of
+    one block of memory.
+    """
+    arrays = [table.memory for table in tables]
+    if any(array is None for array in arrays):
+        return None
+    for table in tables:
+        table.access.check()
+    first = min(arrays, key=lambda array: array.ctypes.data)
+    size = first.strides[0]
+    memory = (ctypes.c_char * (size * rows)).from_address(first.ctypes.data)
+    return np.ndarray((rows,), f"V{size}", buffer=memory)
 
 
 class FieldState:

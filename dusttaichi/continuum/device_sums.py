@@ -9,6 +9,7 @@ from dusttaichi.continuum.kernels.particle_sums import (
     STORED,
     count_totals,
 )
+from dusttaichi.continuum.particle_sums import describe_means
 
 
 class DeviceSums:
@@ -117,14 +118,9 @@ class DeviceParticleSums:
     def average_dust(self):
         sums = self._stored
         mass, volume = (sums[getattr(STORED, name)] or 1.0 for name in ("mass", "volume"))
-        pressure = float(sums[STORED.pressure] / volume)
-        hydrostatic = pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        return {
-            "pressure_mean": pressure,
-            "stress_mean": sums[STORED["deviator"]] / volume - hydrostatic,
-            "filling_factor_mean": float(sums[STORED.filling] / mass),
-            "damage_mean": float(sums[STORED.damaged] / mass),
-        }
+        by_volume = (sums[STORED.pressure] / volume, sums[STORED["deviator"]] / volume)
+        by_mass = (sums[STORED.filling] / mass, sums[STORED.damaged] / mass)
+        return describe_means(*by_volume, *by_mass)
 
     def heat(self):
         """Heat of the dust [J] and its largest temperature [K]."""

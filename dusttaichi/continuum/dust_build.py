@@ -11,7 +11,14 @@ from dusttaichi.continuum.dust_forces import shortest_timescale
 from dusttaichi.continuum.dust_placement import domain_of, faces_of, find_surfaces, stiff_faces
 from dusttaichi.continuum.dust_setup import Prepared
 from dusttaichi.continuum.kernel_numbers import numbers_of, periods, self_gravity
-from dusttaichi.continuum.kernels.store import BODIES, LANES, LONGEST_LIST, Layout
+from dusttaichi.continuum.kernels.store import (
+    BODIES,
+    DENSEST,
+    LANES,
+    LONGEST_LIST,
+    OF_BLOCK,
+    Layout,
+)
 from dusttaichi.continuum.particle_search import SKIN, SUPPORT, way2_of
 from dusttaichi.continuum.physics.dust_laws import laws_of
 from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
@@ -20,6 +27,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.forces.model import ForceModel
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.plain import from_plain
+from dusttaichi.results.roles import DUST
 from dusttaichi.scene.forces import find_law
 
 
@@ -105,8 +113,7 @@ def choose_kernels(preparation):
     """The Compiled of a Prepared."""
     scene, layout, numerics = preparation.scene, preparation.layout, preparation.scene.numerics
     room = capacity_for(len(preparation.sample))
-    crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
-    entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
+    entries = int(room * longest_list(preparation))
     ghosts = capacity_for(ghost_count(scene, preparation.sample)) if layout.ghosts else 0
     capacity, threads = (room, entries, ghosts), preparation.threads
     key = (
@@ -119,6 +126,18 @@ def choose_kernels(preparation):
         preparation.execution,
     )
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
+
+
+def longest_list(preparation):
+    """Capacity in list entries for each particle of a Prepared, on average."""
+    scene, sample, materials = preparation.scene, preparation.sample, preparation.materials
+    dust = sample.role == DUST
+    densest = (materials.phi_2 * materials.rho_s)[sample.material[dust]] / sample.density[dust]
+    compaction = np.ceil(densest.mean() / DENSEST) if dust.any() else 1.0
+    crowd = (scene.numerics.h_over_spacing / 1.3) ** scene.dimension
+    out = LONGEST_LIST[scene.dimension] * max(1.0, crowd) * max(1.0, compaction)
+    lanes = preparation.layout.lanes
+    return out if lanes == 1 else out * OF_BLOCK / lanes
 
 
 def ghost_count(scene, particles):

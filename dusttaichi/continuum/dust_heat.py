@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.continuum.dust_measure import elastic_of_particles
+from dusttaichi.continuum.physics.heat import heat, temperature
 from dusttaichi.results.roles import DUST
 
 
@@ -30,24 +31,29 @@ class DustHeat:
         half step up to the present.
         """
         state = self._state
-        out = state.of_particles("work").sum(axis=1) - elastic_of_particles(state).sum(axis=1)
-        out += self._stored[state.of_particles("number")] + state.of_particles("warmed")
-        return state.in_order(out + state.half_step * state.of_particles("heating"))
+        heat_of_particles = heat(
+            state.of_particles("work").sum(axis=1),
+            elastic_of_particles(state).sum(axis=1),
+            self._stored[state.of_particles("number")],
+            state.of_particles("warmed"),
+            state.half_step * state.of_particles("heating"),
+        )
+        return state.in_order(heat_of_particles)
 
     def make_snapshot(self):
         """Temperatures [K] in the order of the sample; not a number of what is not dust."""
-        rise = self.measure() / self._capacity
-        return {"temperature": np.where(self._dust, self._start + rise, np.nan)}
+        temperatures = temperature(self._start, self.measure(), self._capacity)
+        return {"temperature": np.where(self._dust, temperatures, np.nan)}
 
     def make_series(self, _sums):
         """Heat of the dust [J], its temperature [K]: mean over the heat capacity, largest."""
         dust, capacity = self._dust, self._capacity[self._dust]
         energy = self.measure()[dust]
-        temperature = self._start[dust] + energy / capacity
+        temperatures = temperature(self._start[dust], energy, capacity)
         return {
             "heat": float(energy.sum()),
-            "temperature_mean": float(np.average(temperature, weights=capacity)),
-            "largest_temperature": float(temperature.max()),
+            "temperature_mean": float(np.average(temperatures, weights=capacity)),
+            "largest_temperature": float(temperatures.max()),
         }
 
 

@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from dusttaichi.compute.memory import FieldState
+from dusttaichi.compute.memory import FieldState, view_cells
 from dusttaichi.continuum.kernels.store import COLUMN, FACES, OLD, SUBSTEPS, WHOLE, declare
 
 
@@ -22,7 +22,11 @@ class DustState(FieldState):
         self.materials, self.material = materials, materials.take(0)
         self.dimension = layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
-        self.names = [variable.name for variable in declare(layout)]
+        variables = declare(layout)
+        self.names = [variable.name for variable in variables]
+        self._adjacent = {}  # names by their block of memory
+        for variable in variables:
+            self._adjacent.setdefault(variable.place, []).append(variable.name)
         self._rows = None  # of bodies and clock, while nothing moves
 
     @contextmanager
@@ -79,8 +83,13 @@ class DustState(FieldState):
 
     def reorder(self, order):
         """Put the particles in another order."""
-        for name in self.names:
-            self[name] = self.of_particles(name)[order]
+        for names in self._adjacent.values():
+            cells = view_cells([self.fields[name] for name in names], self.count)
+            if cells is not None:  # all variables of a block at once
+                cells[:] = cells[order]
+                continue
+            for name in names:
+                self[name] = self.of_particles(name)[order]
 
     def in_order(self, values):
         """Rows of all particles in the order of the sample, of those in internal order."""

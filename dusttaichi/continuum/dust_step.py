@@ -13,6 +13,9 @@ from dusttaichi.compute.loops import DONE, DUE, Steps
 from dusttaichi.compute.scan import first_item
 from dusttaichi.continuum.kernels.store import APART
 
+# costs of a block and of a particle near a surface over that of an entry of a list, measured
+BLOCK_COST, TOUCH_COST = 20, 25
+
 
 def steps_of(phases, StepNumbers):
     """The Steps of Phases: motion of bodies and particles, search, stresses, forces, next step."""
@@ -38,14 +41,40 @@ class Phases:
 
     @ti.func
     def share_of_blocks(self, worker, workers, numbers: ti.template()):
-        """First block of a share, and the one behind its last."""
-        n = self.blocks.count(numbers)
-        return first_item(worker, workers, n), first_item(worker + 1, workers, n)
+        """First block of a share of the passes, and the one behind its last."""
+        first, behind = 0, self.blocks.count(numbers)
+        if workers > 1:
+            first = self.find_block(worker, workers, numbers)
+            behind = self.find_block(worker + 1, workers, numbers)
+        return first, behind
+
+    @ti.func
+    def find_block(self, worker, workers, numbers: ti.template()):
+        """First block of a worker: all have about the same costs."""
+        first, end = 0, self.blocks.count(numbers)
+        before = self.cost_before(end, numbers) * worker // workers
+        while first < end:
+            middle = (first + end) // 2
+            if self.cost_before(middle, numbers) < before:
+                first = middle + 1
+            else:
+                end = middle
+        return first
+
+    @ti.func
+    def cost_before(self, block, numbers: ti.template()):
+        """Cost of the passes over all blocks before one, in that of an entry of their lists."""
+        out = ti.cast(self.lists.first[block], ti.i64) + BLOCK_COST * block
+        if ti.static(self.motion.layout.rigid):
+            particle = ti.min(self.lanes * block, numbers.count)
+            out += TOUCH_COST * ti.cast(self.lists.touch_first[particle], ti.i64)
+        return out
 
     @ti.func
     def share_of_particles(self, worker, workers, numbers: ti.template()):
-        """First particle of a share, and the one behind its last."""
-        first, behind = self.share_of_blocks(worker, workers, numbers)
+        """First particle of a share of their motion, and the one behind its last."""
+        n = self.blocks.count(numbers)
+        first, behind = first_item(worker, workers, n), first_item(worker + 1, workers, n)
         return self.lanes * first, ti.min(self.lanes * behind, numbers.count)
 
     @ti.func
@@ -76,8 +105,7 @@ class Phases:
         fastest = 0.0
         for block in range(first, behind):
             fastest = ti.max(fastest, self.rates.pass_over(block, numbers, material))
-        begin, end = self.share_of_particles(worker, workers, numbers)
-        for i in range(begin, end):
+        for i in range(self.lanes * first, ti.min(self.lanes * behind, numbers.count)):
             self.motion.show_others(i, numbers)
         self.lists.most[APART * worker] = fastest
 

@@ -23,6 +23,17 @@ def components(S, dimension):
     return out
 
 
+def describe_means(pressure, deviator, filling_factor, damage):
+    """Variables of a record that are means over the dust; deviator: (6,), see `components`."""
+    pressure = float(pressure)
+    return {
+        "pressure_mean": pressure,
+        "stress_mean": deviator - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+        "filling_factor_mean": float(filling_factor),
+        "damage_mean": float(damage),
+    }
+
+
 class ParticleSums:
     """Sums over the particles of a DustMotion, each formed where it is needed.
 
@@ -115,11 +126,8 @@ class ParticleSums:
         deviator = volume_fraction @ components(
             undamaged_fraction[:, None] * state.of_particles("deviator")[dust], state.dimension
         )
-        pressure = float(volume_fraction @ pressures)
         solid, total = state.material_of(dust).rho_s, mass.sum() if len(mass) else 1.0
-        return {
-            "pressure_mean": pressure,
-            "stress_mean": deviator - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-            "filling_factor_mean": float(mass @ (density / solid) / total),
-            "damage_mean": float(mass @ (1.0 - undamaged_fraction) / total),
-        }
+        return describe_means(
+            *(volume_fraction @ pressures, deviator, mass @ (density / solid) / total),
+            mass @ (1.0 - undamaged_fraction) / total,
+        )

@@ -1,6 +1,6 @@
 """Arrays that share the memory of fields, where this process can read it.
 
-One kernel returns the address of the fields, and Taichi knows their layout.
+A kernel returns the address of the fields of a contiguous piece, and Taichi knows their layout.
 """
 
 import ctypes
@@ -19,16 +19,18 @@ def arrays_of(fields):
 
     Raises DustError if there is not enough memory.
     """
-    first = next(iter(fields.values()))
-    address = _allocate(first)
+    _find_address(next(iter(fields.values())))  # allocates all
     if not are_allowed():
         return {}
-    base = address - _offset(first)[0]
-    return {name: _memory(field, base) for name, field in fields.items()}
+    bases = {}
+    for field in fields.values():
+        if (piece := field.snode._snode_tree_id) not in bases:
+            bases[piece] = _find_address(field) - _offset(field)[0]
+    return {name: _memory(f, bases[f.snode._snode_tree_id]) for name, f in fields.items()}
 
 
-def _allocate(field):
-    """Address of a field; all fields, which are contiguous, are allocated by the first launch."""
+def _find_address(field):
+    """Address of a field; the first launch allocates all fields that have none."""
     origin = [0] * len(field.shape)
 
     @ti.kernel

@@ -213,15 +213,15 @@ class ParticleNumbers:
             out[STORED.filling] = mass * (density / self.lists.solid[material])
             out[STORED.damaged] = mass * (1.0 - undamaged)
             if ti.static(self.layout.heat):
-                out[STORED.heat] = self.heat(i, work.sum() - elastic.sum())
+                out[STORED.heat] = self.heat(i, elastic.sum())
         return out
 
     @ti.func
-    def heat(self, i, not_stored):
-        """Heat of a particle; not_stored: work of its stresses less its elastic energy."""
-        stored = self.lists.heat_constants[self.f.number[i], 0]
-        warmed = self.f.warmed[i] + 0.5 * self.f.clock[OLD] * self.f.heating[i]
-        return not_stored + stored + warmed
+    def heat(self, i, elastic):
+        """Heat of a particle with that elastic energy."""
+        stored, work = self.lists.heat_constants[self.f.number[i], 0], self.f.work[i].sum()
+        recent = 0.5 * self.f.clock[OLD] * self.f.heating[i]
+        return self.laws.heat(work, elastic, stored, self.f.warmed[i], recent)
 
     @ti.func
     def largest(self, i):
@@ -232,9 +232,9 @@ class ParticleNumbers:
             if ti.static(self.layout.heat):
                 number = self.f.number[i]
                 elastic = self.elastic(i, self.f.mass[i] / self.f.density[i])
-                heat = self.heat(i, self.f.work[i].sum() - elastic.sum())
-                rise = heat / self.lists.heat_constants[number, 1]
-                out[1] = self.lists.heat_constants[number, 2] + rise
+                capacity = self.lists.heat_constants[number, 1]
+                start = self.lists.heat_constants[number, 2]
+                out[1] = self.laws.temperature(start, self.heat(i, elastic.sum()), capacity)
             material = 0
             if ti.static(self.layout.materials):
                 material = self.f.material[i]

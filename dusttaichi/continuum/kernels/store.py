@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.large_fields import place_apart
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
@@ -27,6 +28,9 @@ MATERIALS = 16  # largest number of materials
 TOUCHES = 3  # capacity: surfaces near a particle, on average
 LANES = 4  # particles of a block on a CPU, numbers in a vector of its registers
 LONGEST_LIST = {2: 150, 3: 420}  # capacity: neighbours on average at eta 1.3
+DENSEST = 4.0  # density over that at the start, to which they suffice
+OF_BLOCK = 1.6  # length of the list of a block of LANES over that of a particle
+LONG = 1_000_000  # entries of lists that have memory of their own
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
 # entries of the `clock`: length of this step and of the last one, rest of the output step, length
@@ -224,6 +228,12 @@ def place(layout, room, entries, ghosts=0):
     room, entries, ghosts: capacities in particles, list entries and ghosts.
     """
     seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
+    # `near`: of the list of each block what is within reach of the kernel in this step
+    long_lists = {"entry": (ti.i32, (entries,)), "near": (ti.i32, (entries,))}
+    if layout.rigid:
+        # what particles do to the surfaces near them
+        long_lists["touch"] = ti.f64, (TOUCHES * room, PARTS)
+    apart = place_apart(long_lists) if layout.lanes > 1 and entries > LONG else {}
     variables, fields = declare(layout), {}
     for block in dict.fromkeys(v.place for v in variables):
         together = {v.name: v.field() for v in variables if v.place == block}
@@ -233,20 +243,16 @@ def place(layout, room, entries, ghosts=0):
         fields[name] = ti.field(ELEMENTS[dtype], shape=shape)
     lists = {
         "first": (ti.i32, (room + 1,)),
-        "entry": (ti.i32, (entries,)),
-        # of the list of each block what is within reach of the kernel in this step, and how many
-        "near": (ti.i32, (entries,)),
-        "near_counts": (ti.i32, (room,)),
+        "near_counts": (ti.i32, (room,)),  # numbers in `near`
         "chunk_sum": (ti.i32, (scan_capacity(room + 1),)),
         "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
     }
     if layout.rigid:
-        # which particles are near which surface, and what they do to it
+        # which particles are near which surface
         lists |= {
             "touch_first": (ti.i32, (room + 1,)),
             "touch_row": (ti.i32, (TOUCHES * room,)),
-            "touch": (ti.f64, (TOUCHES * room, PARTS)),
         }
     if layout.self_gravity:
         # places, one axis behind the other, and masses of all that attracts; energies of each
@@ -268,4 +274,7 @@ def place(layout, room, entries, ghosts=0):
             "ghost_shift": (ti.f64, (seen - room, layout.dimension)),
             "ghost_sign": (ti.f64, (seen - room, layout.dimension)),
         }
-    return fields, {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in lists.items()}
+    if not apart:
+        lists |= long_lists
+    placed = {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in lists.items()}
+    return fields, apart | placed

@@ -19,6 +19,7 @@ from dusttaichi.continuum.physics import (
     damage,
     deviator,
     elasticity,
+    heat,
     path,
     strength,
 )
@@ -74,7 +75,7 @@ def laws_of(laws):
         # modulus and exponent come before the solution that uses them
         names[f"{name}_law"] = _compile(getattr(function, "plain", function), names)
     formulas = {}
-    for module in (strength, elasticity, path, deviator, attraction, damage):
+    for module in (strength, elasticity, path, deviator, attraction, damage, heat):
         for name, plain in getmembers(module, isfunction):
             if plain.__module__ == module.__name__:
                 formulas[name] = _compile(plain, names)
