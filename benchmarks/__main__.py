@@ -1,7 +1,7 @@
 """The command line of the benchmarks."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -68,6 +68,9 @@ def size(
     ] = None,
     kinds: Annotated[bool, typer.Option(help="also the kinds of samples")] = True,
     scenes: Annotated[bool, typer.Option(help="also the phases of a run")] = True,
+    method: Annotated[
+        Literal["grains", "continuum"] | None, typer.Option(help="by default both")
+    ] = None,
     output: Csv = None,
     force: Overwrite = False,
 ):
@@ -75,7 +78,7 @@ def size(
     from benchmarks import size
 
     numbers = None if sizes is None else [round(float(n)) for n in sizes.split(",")]
-    options = {"sizes": numbers, "kinds": kinds, "scenes": scenes}
+    options = {"sizes": numbers, "kinds": kinds, "scenes": scenes, "method": method}
     _show(size.main, output, force, quick=quick, **options)
 
 

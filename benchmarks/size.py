@@ -21,7 +21,8 @@ GRAINS = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
 CONTINUUM = (10_000, 100_000, 1_000_000)  # particles of the bed, about, in three dimensions
 QUICK = 10_000  # largest size with --quick
 ALL_PHASES = 1_000_000  # largest size that is run, drawn and reported
-STEPS = 60  # of a run
+STEPS = 60  # of a run of grains; of a continuum, output steps of some nine time steps each
+PARTICLE_STEPS = 1_000_000  # of a run of a continuum, about: fewer output steps of larger ones
 LONGEST = 30.0  # s of a sample, from which on no larger one of its kind is made
 SCENE = "omni_static"
 SHORT = 0.05  # s: of a shorter time no growth is given
@@ -31,6 +32,7 @@ FRONT = (
     Column("method", "method"),
     Column("kind", "sample"),
     Column("particles", "particles"),
+    Column("run_steps", "steps of the run"),
 )
 SECONDS = (
     *(Column(phase, f"{phase}, s", "s", 2) for phase in PHASES),
@@ -85,12 +87,14 @@ def main(
     sizes=None,
     kinds: bool = True,
     scenes: bool = True,
+    method: str | None = None,
     log=print,
 ) -> Table:
     """Measure every phase of every size, then kinds of samples.
 
-    sizes: numbers of particles instead of all. kinds, scenes: whether to measure those. out: CSV
-    file, written after every size. log: called with lines on the progress.
+    sizes: numbers of particles instead of all. kinds, scenes: whether to measure those. method: of
+    the scenes, "grains" or "continuum", instead of both. out: CSV file, written after every size.
+    log: called with lines on the progress.
     """
     check_file(out)
     rows, notes = [], []
@@ -106,20 +110,22 @@ def main(
         return table
 
     table = Table(hardware, rows, _blocks(), (NOTE,))
-    for method, numbers in (("grains", GRAINS), ("continuum", CONTINUUM)) if scenes else ():
+    methods = ("grains", "continuum") if method is None else (method,)
+    for name in methods if scenes else ():
+        numbers = GRAINS if name == "grains" else CONTINUUM
         for n in (n for n in sizes if n >= numbers[0] and n <= numbers[-1]):
-            log(f"{method}, {n:,} particles")
-            table = done(_phases(method, n, notes, log))
-    for method, blocks in (("grains", KINDS), ("continuum", BODIES)) if kinds else ():
-        for name in blocks:
-            for row in _of_kind(method, name, sizes, notes, log):
+            log(f"{name}, {n:,} particles")
+            table = done(_phases(name, n, notes, log))
+    for name in methods if kinds else ():
+        for kind in KINDS if name == "grains" else BODIES:
+            for row in _of_kind(name, kind, sizes, notes, log):
                 table = done(row)
     return table
 
 
 NOTE = (
-    f"Processor time of a process for each phase, beyond the start of Python. Run: {STEPS} steps "
-    "on one thread, with frames at start and end. Build: first contacts, first step, and kernels, "
+    "Processor time of a process for each phase, beyond the start of Python. Run: on one thread, "
+    "with frames at start and end. Build: first contacts, first step, and kernels, "
     "from the cache where they are. Exponent: growth of the time of the sample since the size "
     "before; for N log N about 1.1. Memory: the largest resident one of a process."
 )
@@ -133,6 +139,7 @@ def _phases(method, n, notes, log) -> dict:
     """Row of a size: seconds and largest memory of each phase."""
     scene = _scene(method, n)
     row = {"method": method, "kind": scene.sample.kind, "particles": n}
+    row["run_steps"] = scene.stop.steps
     with tempfile.TemporaryDirectory() as folder:
         file, run = Path(folder, "scene.yaml"), Path(folder, "run")
         file.write_text(scene.to_yaml(), encoding="utf-8")
@@ -162,7 +169,8 @@ def _measure(phase, task) -> dict:
 
 def _scene(method, n) -> Scene:
     if method == "continuum":
-        return scene_of(3, n, 1).with_value("stop.steps", STEPS)
+        steps = max(3, min(STEPS, PARTICLE_STEPS // n))
+        return scene_of(3, n, 1).with_value("stop.steps", steps)
     scene = load(SCENE).with_value("sample.grains", n).with_value("numerics.threads", 1)
     return scene.with_value("stop", {"steps": STEPS})
 

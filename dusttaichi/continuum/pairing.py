@@ -17,6 +17,8 @@ from dusttaichi.results.roles import DUST, ELASTIC
 PAIRED = 0.5
 """Distance of a pair over that of nearest neighbours at the start, scaled with the volumes: whole
 bodies stay above 0.85 (docs/continuum.md), those that break reach 0.02 to 0.3."""
+BEYOND = 1.01
+"""Distance that is examined over that of pairs, for rounding."""
 LEAST, SHARE = 4, 0.02
 """Number and share of the particles of a body that pair before it counts as broken."""
 YIELDED = 0.05
@@ -53,22 +55,24 @@ class Pairing:
         for name, body in zip(self.names, self.bodies, strict=True):
             if cracked[body].any():
                 continue  # its material has broken it, and parts of it meet again
-            near = self.distances(body)
+            near = self.distances(body, BEYOND * PAIRED)
             paired = near < PAIRED
             if paired.sum() >= max(LEAST, SHARE * len(body)):
                 raise GuardStop(self._text(name, body, near[paired], paired.sum() / len(body)))
 
-    def distances(self, body):
+    def distances(self, body, farthest=np.inf):
         """Distance to the nearest neighbour of particles that have not yielded, (n,).
 
         Over that at the start, scaled with the volumes. body: numbers of particles of a body.
+        farthest: ratio beyond which some are infinite, since fewer neighbours are examined.
         """
         state = self._state
         body = body[self._whole()[body]]
         x = state.in_order(state.of_particles("x"))[body]
         volume = state.in_order(state.of_particles("mass") / state.of_particles("density"))[body]
         grown = (volume / self.volume[body]) ** (1.0 / state.dimension)
-        return _nearest(x) / (self.apart[body] * grown)
+        at_start = self.apart[body] * grown
+        return _nearest(x, farthest * at_start.max(initial=0.0)) / at_start
 
     def _whole(self):
         """True for particles that have not yielded, (N,) bool, in the order of the sample."""
@@ -96,8 +100,13 @@ class Pairing:
         )
 
 
-def _nearest(x):
-    """Distance of each of the points (n, 3) or (n, 2) to the nearest other one, (n,)."""
+def _nearest(x, farthest=np.inf):
+    """Distance of each of the points (n, 3) or (n, 2) to the nearest other one, (n,).
+
+    Infinite where that is not nearer than `farthest`.
+    """
     if len(x) < 2:
         return np.full(len(x), np.inf)
-    return scipy.spatial.cKDTree(x).query(x, k=2)[0][:, 1]
+    # points of a lattice: a tree of medians takes longer, and is no better
+    tree = scipy.spatial.cKDTree(x, balanced_tree=False, compact_nodes=False)
+    return tree.query(x, k=2, distance_upper_bound=farthest)[0][:, 1]

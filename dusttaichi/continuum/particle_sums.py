@@ -4,6 +4,8 @@
 totals alone, are in continuum.device_sums.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from dusttaichi.continuum.dust_measure import compute_intact_fraction, elastic_of_particles, largest
@@ -37,15 +39,22 @@ def describe_means(pressure, deviator, filling_factor, damage):
 class ParticleSums:
     """Sums over the particles of a DustMotion, each formed where it is needed.
 
-    Of no use once something has moved. v: present velocities (n, 3).
+    Of no use once something has moved.
     """
 
     def __init__(self, motion):
         self._motion, self._state = motion, motion.state
         self._role, self._mass = (motion.state.of_particles(name) for name in ("role", "mass"))
-        self.v = motion.velocities()
-        self._speed2 = np.sum(self.v * self.v, axis=1)
         self._free = self._state.of_particles("group") < 0
+
+    @cached_property
+    def v(self):
+        """Present velocities (n, 3) [m/s]."""
+        return self._motion.velocities()
+
+    @cached_property
+    def _speed2(self):
+        return np.sum(self.v * self.v, axis=1)
 
     def kinetic(self):
         """Kinetic energy of free particles [J]."""
