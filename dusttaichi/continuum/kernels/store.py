@@ -30,7 +30,7 @@ LANES = 4  # particles of a block on a CPU, numbers in a vector of its registers
 LONGEST_LIST = {2: 150, 3: 420}  # capacity: neighbours on average at eta 1.3
 DENSEST = 4.0  # density over that at the start, to which they suffice
 OF_BLOCK = 1.6  # length of the list of a block of LANES over that of a particle
-LONG = 1_000_000  # entries of lists that have memory of their own
+LONG = 2**24  # entries of lists from which they have memory of their own
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
 # entries of the `clock`: length of this step and of the last one, rest of the output step, length
