@@ -18,6 +18,7 @@ from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.material_interface import reduced_modulus
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.physics.geometry import AXES, Floats
+from dusttaichi.results.datasets import take_record
 from dusttaichi.scene import quantities
 
 if TYPE_CHECKING:
@@ -259,7 +260,7 @@ def read_frame(run: Run, snapshot: int = -1, contacts: bool | Sequence[str] = Tr
         There is no snapshot of that number.
     """
     number = resolve_snapshot(run, snapshot)
-    data = read_snapshots(run).to_dataset(inherit=False).isel(snapshot=number).load()
+    data = take_record(read_snapshots(run).to_dataset(inherit=False), "snapshot", number)
     present = {} if run.tree is None else run.tree.children
     groups = [name for name in ("contacts", "wall_contacts") if name in present]
     names = None if isinstance(contacts, bool) else contacts

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import add_variables, take_records
 
 if TYPE_CHECKING:
     from dusttaichi.analysis.run import Run
@@ -39,15 +40,16 @@ def read_profiles(run: Run, max_count: int | None = None) -> xr.Dataset:
         raise DustError(
             f"{run.path} has no profiles: set output: profiles in the scene (closed boxes only)."
         )
-    ends = run.profiles.bin_upper.clip(max=run.profiles.height)
-    middle = (0.5 * (run.profiles.bin_lower + ends)).where(ends > run.profiles.bin_lower)
-    profiles = run.profiles.assign(middle=middle.transpose("profile", "bin"))
+    lower, upper = run.profiles.bin_lower.values, run.profiles.bin_upper.values
+    ends = np.minimum(upper, run.profiles.height.values[:, None])
+    middle = np.where(ends > lower, 0.5 * (lower + ends), np.nan)
+    profiles = add_variables(run.profiles, middle=(("profile", "bin"), middle))
     if max_count is None or profiles.sizes["profile"] <= max_count:
         return profiles
     phi = profiles.box_filling_factor.values
     targets = np.linspace(phi[0], phi[-1], max_count)
     selected = np.unique([int(np.argmin(np.abs(phi - value))) for value in targets])
-    return profiles.isel(profile=selected)
+    return take_records(profiles, "profile", selected)
 
 
 def join_cut_bins(profiles: xr.Dataset) -> xr.Dataset:
@@ -70,7 +72,7 @@ def join_cut_bins(profiles: xr.Dataset) -> xr.Dataset:
         middle[number, below] = lower[below] + 0.5 * both.sum()
         phi[number, cut] = middle[number, cut] = np.nan
     dims = ("profile", "bin")
-    return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))
+    return add_variables(profiles, filling_factor=(dims, phi), middle=(dims, middle))
 
 
 def average_inner_filling_factor(profiles: xr.Dataset) -> NDArray[np.float64]:

@@ -214,7 +214,7 @@ class Run(RunKind, AbstractContextManager["Run"]):
         numbers, tree = self._snapshot_numbers(), self.tree
         if not len(numbers) or tree is None:
             return None
-        return tree.children["snapshots"].to_dataset().isel(snapshot=numbers)
+        return take_records(tree.children["snapshots"].to_dataset(), "snapshot", numbers)
 
     @property
     def snapshot_count(self) -> int:

@@ -164,8 +164,8 @@ def coordination(runs, labels=None):
         if "filling_factor" not in run.series:
             raise DustError(f"{run.path} has no filling factor: it has no volume to fill.")
         axes.plot(
-            run.series.filling_factor,
-            run.series.coordination_number,
+            run.series.filling_factor.values,
+            run.series.coordination_number.values,
             label=label,
             **style.run_style(number),
         )

@@ -4,6 +4,7 @@ from dusttaichi.analysis import read_profiles as profile_of
 from dusttaichi.analysis.profile import join_cut_bins
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
+from dusttaichi.results.datasets import take_record
 
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
@@ -27,10 +28,10 @@ def profile(run, max_profiles=8):
     count = profiles.sizes["profile"]
     colours = style.sample_gradient(count)
     for number in range(count):
-        layer_means = profiles.isel(profile=number)
+        layer_means = take_record(profiles, "profile", number)
         axes.plot(
-            layer_means.filling_factor,
-            layer_means.middle * 1e6,
+            layer_means.filling_factor.values,
+            layer_means.middle.values * 1e6,
             color=colours[number],
             label=rf"$\phi$ = {float(layer_means.box_filling_factor):.2f}",
         )
@@ -39,7 +40,7 @@ def profile(run, max_profiles=8):
         )
     axes.set(
         xlim=(0, None),
-        ylim=(0, 1.04 * float(profiles.height.max()) * 1e6),
+        ylim=(0, 1.04 * float(profiles.height.values.max()) * 1e6),
         xlabel=r"filling factor, averaged horizontally",
         ylabel="height above the bottom wall (µm)",
     )

@@ -1,6 +1,6 @@
 """Style of all figures: size, fonts, colours, units of the axes."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import wraps
 from pathlib import Path
@@ -225,11 +225,25 @@ def save(figure, path):
     metadata = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, **metadata)
+        with _laid_out(figure) if suffix == ".png" else nullcontext():
+            figure.savefig(path, **metadata)
     except (OSError, ValueError) as error:  # ValueError: such as an unknown format
         reason = explain(error, path) if isinstance(error, OSError) else error
         raise DustError(f"The figure cannot be written to {path}: {reason}.") from error
     return path
+
+
+@contextmanager
+def _laid_out(figure):
+    """Lay a Figure out, which does not happen again within: savefig would draw all twice for it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def draw_records(axes, x, y, number=0):

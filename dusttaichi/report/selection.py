@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
+
+from dusttaichi.results.datasets import read_variables
 
 MOST_SHOWN = 100_000  # particles of a snapshot: more do not turn smoothly
 DIMENSIONS = ("grain", "particle")  # of snapshots
@@ -42,23 +43,18 @@ class Selection:
         """The snapshots (an xarray.Dataset that is read when used) of the shown particles."""
         dimension = next((name for name in DIMENSIONS if name in frames.dims), None)
         if self.numbers is None or dimension is None:
-            return frames.load()
-        variables = {}
-        for name, variable in frames.variables.items():
+            return read_variables(frames)
+
+        def read(variable):
             if dimension not in variable.dims:
-                variables[name] = variable.load()
-                continue
+                return variable.values
+            if "snapshot" not in variable.dims:
+                return self.take(variable.values)
             # a snapshot at a time: a file is slow to read by many single numbers
-            snapshots = variable.sizes.get("snapshot", 1)
-            rows = (
-                variable.isel(snapshot=n) if "snapshot" in variable.dims else variable
-                for n in range(snapshots)
-            )
-            values = [self.take(row.values) for row in rows]
-            values = np.stack(values) if "snapshot" in variable.dims else values[0]
-            variables[name] = xr.Variable(variable.dims, values, variable.attrs)
-        coordinates = {name: variables.pop(name) for name in frames.coords}
-        return xr.Dataset(variables, coordinates, frames.attrs)
+            snapshots = range(variable.sizes["snapshot"])
+            return np.stack([self.take(variable.isel(snapshot=n).values) for n in snapshots])
+
+        return read_variables(frames, read)
 
 
 def select_particles(frames, flat=False, max_count=MOST_SHOWN):

@@ -12,6 +12,7 @@ from dusttaichi.report.packing import (
 )
 from dusttaichi.report.selection import MOST_SHOWN, select_particles
 from dusttaichi.report.viewer_contacts import BODY, COORDINATION, DISSIPATED, collect_contacts
+from dusttaichi.results.datasets import take_records
 from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID, WALL
 
 ALL_DISSIPATED = "energy dissipated since the start"
@@ -43,7 +44,7 @@ def collect_particles(run, max_points=MOST):
         return None  # no particles known to the viewer
     flat = int(run.attrs.get("dimension", 3)) == 2
     frames = frames[[name for name in frames.variables if name not in NOT_SHOWN]]
-    frames = frames.isel(snapshot=choose_snapshots(frames, max_points))
+    frames = take_records(frames, "snapshot", choose_snapshots(frames, max_points))
     selection = select_particles(frames, flat)
     frames = selection.read(frames)
     x = frames.position.values
@@ -115,14 +116,14 @@ def describe_snapshots(run, frames):
         words = [f"t = {time * factor:.4g} {unit}"]
         if len(steps):
             number = int(np.argmin(np.abs(steps - step)))
-            record = series.isel(time=number)
-            if "filling_factor" in series and np.isfinite(record.filling_factor):
-                words.append(f"φ = {float(record.filling_factor):.3f}")
+            if "filling_factor" in series:
+                filling_factor = float(series.filling_factor.values[number])
+                words += [f"φ = {filling_factor:.3f}"] if np.isfinite(filling_factor) else []
             if pressure is not None and np.isfinite(pressure[number]):
                 scale, pascal = style.choose_unit(abs(pressure[number]), style.PRESSURES)
                 words.append(f"P = {pressure[number] * scale:.3g} {pascal}")
             if "shear_strain" in series:
-                words.append(f"γ = {float(record.shear_strain):.3g}")
+                words.append(f"γ = {float(series.shear_strain.values[number]):.3g}")
         lines.append(", ".join(words))
     return lines
 

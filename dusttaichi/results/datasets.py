@@ -1,17 +1,20 @@
 """Datasets of xarray that are made and read without dask and pint.
 
 xarray imports both, half a second each, to ask whether an array is one of theirs: where a variable
-is made from a plain array, in arithmetic, and where an entry is selected by its label. What every
-run does at its end, to read its records and to measure its numbers, asks neither.
+is made from a plain array, in arithmetic, where entries are selected by an array or a label, and
+where a file is opened. What every run does at its end, to read its records and to measure its
+numbers, and the figures and the report of a compression ask neither.
 """
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import NetCDF4DataStore
+from xarray.core import indexing
 from xarray.indexes import PandasIndex
 
 # attributes of variables that mean to xarray what they mean here; `coordinates` lists coordinates
@@ -50,8 +53,43 @@ def read_group(folder: Any) -> xr.Dataset:
     return _make_dataset(variables, names, {n: folder.getncattr(n) for n in folder.ncattrs()})
 
 
+def open_groups(path: Any) -> tuple[dict[str, xr.Dataset], Callable[[], None]]:
+    """Group -> its Dataset ("/" is the root), whose variables are read when used; and what closes.
+
+    No groups where they are not all `is_plain`, as of another program.
+    """
+    store = cast(Any, NetCDF4DataStore).open(path)
+    folders = {"/": store.ds, **store.ds.groups}
+    if not all(is_plain(folder) for folder in folders.values()):
+        store.close()
+        return {}, store.close
+    manager, groups = store._manager, {}  # one open file for all groups, as xarray has it
+    for name in folders:
+        variables, attributes = cast(Any, NetCDF4DataStore)(manager, group=name).load()
+        groups[name] = _describe_group(variables, attributes)
+    return groups, store.close
+
+
+def _describe_group(stored: Mapping[str, xr.Variable], attributes: Mapping[Any, Any]) -> xr.Dataset:
+    """The Dataset of variables of a store, as `xr.open_dataset` has it."""
+    variables: dict[str, xr.Variable] = {}
+    names: set[Hashable] = set()
+    for name, variable in stored.items():
+        attrs, encoding = dict(variable.attrs), variable.encoding
+        encoding |= {key: attrs.pop(key) for key in ("_FillValue", "coordinates") if key in attrs}
+        names |= set(encoding.get("coordinates", "").split())
+        if variable.dtype.kind == "O":  # names of entries, a few
+            data: Any = variable.values.astype(str)
+            encoding = {"dtype": data.dtype}
+        else:
+            data = indexing.CopyOnWriteArray(indexing.MemoryCachedArray(variable._data))
+        variables[name] = _make_variable(variable.dims, data, attrs)
+        variables[name].encoding = encoding
+    return _make_dataset(variables, names, attributes)
+
+
 def _make_variable(
-    dims: Sequence[Hashable], values: NDArray[Any], attributes: Mapping[Any, Any]
+    dims: Sequence[Hashable], values: Any, attributes: Mapping[Any, Any]
 ) -> xr.Variable:
     return xr.Variable(dims, values, attributes, fastpath=True)
 
@@ -77,25 +115,43 @@ def _make_dataset(
 
 
 def take_record(data: xr.Dataset, dim: Hashable, number: int) -> xr.Dataset:
-    """`data.isel({dim: number})` of a Dataset in memory, for the number of an entry."""
-    variables: dict[Hashable, xr.Variable] = {}
-    for name, variable in data.variables.items():
-        if dim in variable.dims:
-            axis = variable.dims.index(dim)
-            dims = variable.dims[:axis] + variable.dims[axis + 1 :]
-            values = np.asarray(np.take(variable.values, number, axis))
-            variables[name] = _make_variable(dims, values, variable.attrs)
-        else:
-            variables[name] = variable
+    """`data.isel({dim: number})` of a Dataset, for the number of an entry, which is read."""
+    variables = {
+        name: _make_variable(
+            [d for d in variable.dims if d != dim],
+            np.array(variable.isel({dim: number}).values),
+            variable.attrs,
+        )
+        if dim in variable.dims
+        else variable
+        for name, variable in data.variables.items()
+    }
     indexes = {name: index for name, index in data.xindexes.items() if name != dim}
     return _make_dataset(variables, set(data.coords), data.attrs, indexes)
 
 
 def take_records(data: xr.Dataset, dim: Hashable, numbers: NDArray[np.integer]) -> xr.Dataset:
-    """`data.isel({dim: numbers})`, by a slice where the numbers (n,) follow each other."""
-    follow = len(numbers) and np.array_equal(numbers, np.arange(len(numbers)) + numbers[0])
-    records = slice(int(numbers[0]), int(numbers[0]) + len(numbers)) if follow else numbers
-    return data.isel({dim: records})
+    """`data.isel({dim: numbers})`, by a slice where the numbers (n,) have equal distances."""
+    steps = np.unique(np.diff(numbers))
+    if len(numbers) and len(steps) < 2 and (step := int(steps[0]) if len(steps) else 1) > 0:
+        records = slice(int(numbers[0]), int(numbers[-1]) + 1, step)
+        return data.isel({dim: records})
+    return data.isel({dim: numbers})
+
+
+def read_variables(
+    data: xr.Dataset, read: Callable[[xr.Variable], NDArray[Any]] = lambda variable: variable.values
+) -> xr.Dataset:
+    """`data.load()` of a Dataset without indexes, which remains; read: values of a variable."""
+    variables = {n: _make_variable(v.dims, read(v), v.attrs) for n, v in data.variables.items()}
+    return _make_dataset(variables, set(data.coords), data.attrs)
+
+
+def add_variables(data: xr.Dataset, **added: tuple[tuple[str, ...], NDArray[Any]]) -> xr.Dataset:
+    """`data.assign(added)`; added: name -> (dimensions, values)."""
+    variables: dict[Hashable, xr.Variable] = dict(data.variables)
+    variables |= {name: _make_variable(dims, values, {}) for name, (dims, values) in added.items()}
+    return _make_dataset(variables, set(data.coords), data.attrs, data.xindexes)
 
 
 def read_at(array: xr.DataArray, **labels: Any) -> NDArray[Any]:

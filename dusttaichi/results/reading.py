@@ -111,6 +111,11 @@ def _open_file(path: str | Path) -> xr.DataTree:
     """The tree of a verified file, whose variables are read when used."""
     try:
         with locks.reading(path):
+            groups, close = datasets.open_groups(path)
+            if groups:
+                tree: xr.DataTree = xr.DataTree.from_dict(groups)
+                tree.set_close(close)
+                return tree
             return xr.open_datatree(path, engine="netcdf4")
     except OSError as error:
         reason = refusal(error, path)

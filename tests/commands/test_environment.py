@@ -104,6 +104,12 @@ def test_a_command_imports_what_it_needs(words):
     assert HEAVY & set(_list_imports(words)) == ALLOWED[words]
 
 
+def test_figures_need_neither_dask_nor_pint(tmp_path):
+    """xarray imports both for most of what it does."""
+    synthetic.compression_run(tmp_path / "result.nc", points=20)
+    assert not {"dask", "pint"} & set(_list_imports(f"plot {tmp_path}"))
+
+
 def test_phases_of_a_run_add_up_to_its_time(tmp_path):
     """Its numbers, and their comparison, need no searches, fits or figures."""
     words = f"run smoke --set stop.steps=40 -q -v --no-figures -o {tmp_path / 'out'}".split()
