@@ -198,9 +198,9 @@ def test_kill_at_any_moment(tmp_path, processes, piece):
     """kill -9 of a process that does nothing but write; what it left opens, and goes on."""
     path, saved = tmp_path / "run" / "result.nc", tmp_path / "run" / "checkpoint"
     least, count = 0, 0
-    delays = random.sample(range(20, 400), 3)  # ms; a flush takes some 10 ms
+    delays, delay = random.sample(range(20, 400), 3), 250  # ms; a flush takes some 10 ms
     while delays or count <= 20:  # until the runs got somewhere
-        delay = delays.pop() if delays else 500
+        delay = delays.pop() if delays else 2 * delay  # longer on a busy machine
         heard, ready = processes.Pipe(duplex=False)
         child = processes.Process(target=write_for_ever, args=(path, saved, piece, ready))
         child.start()

@@ -2,6 +2,16 @@
 
 import pytest
 
+from dusttaichi.studies import study_engine
+
+
+@pytest.fixture(scope="module")
+def one_core():
+    """A study starts one process: the start of a second takes longer than it would compute."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_engine, "usable_cores", lambda: 1)
+        yield
+
 
 @pytest.fixture
 def cluster():

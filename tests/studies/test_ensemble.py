@@ -25,6 +25,8 @@ from dusttaichi.studies.scene_settings import apply_settings, list_input_files
 from dusttaichi.studies.study_types import PointResult
 from dusttaichi.studies.sweep_study import replicas, sweep
 
+pytestmark = pytest.mark.usefixtures("one_core")
+
 # -- scenes --------------------------------------------------------------------------------------
 
 

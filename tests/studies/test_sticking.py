@@ -22,6 +22,8 @@ from dusttaichi.studies.scene_settings import apply_settings
 from dusttaichi.studies.sticking_search import Collision, Search, compute_closed_form, list_rows
 from dusttaichi.studies.study_types import PointResult
 
+pytestmark = pytest.mark.usefixtures("one_core")
+
 WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, 6)
 
