@@ -18,7 +18,8 @@ from dusttaichi.physics.surfaces.surface_model import (
     VELOCITY,
     SurfaceModel,
 )
-from dusttaichi.scene.surfaces import find_law, make_motion
+from dusttaichi.scene.forces import find_law
+from dusttaichi.scene.surfaces import make_motion
 
 OVERLAP = 0.01  # of the radius, that a grain may overlap with a surface by at the start
 UPRIGHT = (0.0, 0.0, 1.0)

@@ -74,7 +74,10 @@ def register(block: type[Force], law: Any) -> None:
 
 
 def find_law(block: Any) -> Any:
-    """The law of a block of `forces`, or of `gravity`; its module is imported on first use."""
+    """The law of a block of `forces` or `surfaces`, or of `gravity`.
+
+    Its module is imported on first use.
+    """
     return import_module(block.law) if isinstance(block.law, str) else block.law
 
 

@@ -5,7 +5,6 @@ A surface is a block, which declares its keys, and a law: a module (or any objec
 a `spin`, which must leave their shape where it is, and along a `direction` under a load.
 """
 
-from importlib import import_module
 from math import hypot, nan
 from typing import Annotated, Any, Literal
 
@@ -17,6 +16,7 @@ from dusttaichi.physics.surfaces.surface_motion import SurfaceMotion
 from dusttaichi.scene.boundary import BoundaryBlock, bounded_axes, moves_faces
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.fields import Number as Plain
+from dusttaichi.scene.forces import find_law
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.scene.quantities import Quantity, Vector
 from dusttaichi.scene.stage import StageName
@@ -119,11 +119,6 @@ def register(block: type[Surface], law: Any) -> None:
         if missing:
             raise ValueError(f"the law of {block.__name__} lacks {', '.join(missing)}")
     SURFACES.register(block)(law)
-
-
-def find_law(block: Any) -> Any:
-    """The law of a block of `surfaces`; its module is imported on first use."""
-    return import_module(block.law) if isinstance(block.law, str) else block.law
 
 
 def make_motion(block: Surface, boundary: BoundaryBlock) -> SurfaceMotion:
