@@ -116,18 +116,20 @@ def _make_dataset(
 
 def take_record(data: xr.Dataset, dim: Hashable, number: int) -> xr.Dataset:
     """`data.isel({dim: number})` of a Dataset, for the number of an entry, which is read."""
-    variables = {
-        name: _make_variable(
-            [d for d in variable.dims if d != dim],
-            np.array(variable.isel({dim: number}).values),
-            variable.attrs,
-        )
-        if dim in variable.dims
-        else variable
-        for name, variable in data.variables.items()
-    }
+    variables = {n: _take_entry(variable, dim, number) for n, variable in data.variables.items()}
     indexes = {name: index for name, index in data.xindexes.items() if name != dim}
     return _make_dataset(variables, set(data.coords), data.attrs, indexes)
+
+
+def _take_entry(variable: xr.Variable, dim: Hashable, number: int) -> xr.Variable:
+    if dim not in variable.dims:
+        return variable
+    if variable._in_memory:
+        values = np.take(variable.values, number, variable.dims.index(dim))
+    else:
+        values = variable.isel({dim: number}).values
+    dims = [name for name in variable.dims if name != dim]
+    return _make_variable(dims, np.asarray(values), variable.attrs)
 
 
 def take_records(data: xr.Dataset, dim: Hashable, numbers: NDArray[np.integer]) -> xr.Dataset:
