@@ -1,11 +1,12 @@
 """Build a simulation from a scene and a sample, and choose what is compiled."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.compute.backend import loops_of, threads_of
+from dusttaichi.compute.backend import Loops, loops_of, threads_of
 from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.domain.domain import Domain
 from dusttaichi.grains.compiled_grains import choose_kernels, choose_numbers
@@ -18,20 +19,47 @@ from dusttaichi.grains.grain_properties import (
 )
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
+from dusttaichi.grains.kernels.store import Layout
 from dusttaichi.grains.layout_choice import choose_layout, has_few_wall_contacts
 from dusttaichi.grains.order import order_by_members, rank_of
-from dusttaichi.grains.outside_forces import make_forces
+from dusttaichi.grains.outside_forces import OutsideForces, make_forces
 from dusttaichi.grains.placement import describe_images, is_tilted, place_environment
-from dusttaichi.grains.pushes import make_push
-from dusttaichi.grains.rigid_sphere import place_sphere
-from dusttaichi.grains.setup import Prepared
+from dusttaichi.grains.pushes import Push, make_push
+from dusttaichi.grains.rigid_sphere import RigidSphere, place_sphere
 from dusttaichi.grains.single_precision import check_precision
+from dusttaichi.grains.state import GrainProperties
 from dusttaichi.grains.surface_placement import place_surfaces
 from dusttaichi.grains.surfaces_in_cells import check_in_cell
-from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.grains.time_step import TimeStep, chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.scene.push import list_stage_pushes
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scene and its sample before anything is compiled: input of a GrainEngine.
+
+    scene: `grain_properties.scale_materials`. pushed_sample: `samples.apply_pushes`; sample: the
+    same with its measures in the cell. order (N,): numbers of the grains in the sample, in internal
+    order. domain: at rest, internal units. skin: of the search [um], None as it suits.
+    """
+
+    scene: Any
+    sample: Any
+    pushed_sample: Any
+    properties: GrainProperties
+    order: np.ndarray
+    step: TimeStep
+    domain: Domain
+    sphere: RigidSphere | None
+    forces: OutsideForces | None
+    push: Push
+    contact_table: ContactTable
+    skin: float | None
+    threads: int
+    loops: Loops
+    layout: Layout
 
 
 def build(scene, sample, *, loops=None, ledger=True, step=None):
@@ -84,8 +112,8 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
     differing = grain_properties(scene, sample)
     properties = differing or equal_properties(scene.material)
     table = ContactTable(scene, differing)
-    check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
     radii, overlaps = properties.radius / units.LENGTH, table.wall_overlaps() / units.LENGTH
+    check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
     surfaces = place_surfaces(table, sample.positions / units.LENGTH, radii, overlaps)
     step = step or chosen_step(table, sample)
     dt = step.dt / units.TIME
@@ -95,8 +123,8 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
     stage_kinds = {push.kind for push in list_stage_pushes(scene)}
     push = make_push(scene.push, sample.info, rank_of(order), dt, stage_kinds)
     box, cell = place_environment(table, sample, overlaps)
+    sample, tilted = describe_images(scene, sample, cell), is_tilted(scene, sample)
     check_in_cell(surfaces, cell, (sample.positions / units.LENGTH, largest), scene)
-    sample = describe_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
     if differing is not None:
         volume = float(np.sum(4.0 / 3.0 * np.pi * radii**3))
@@ -113,7 +141,7 @@ def prepare(scene, sample, *, loops=None, ledger=True, step=None):
             members="members" in sample.info,
         ),
         ledger=ledger,
-        tilted=is_tilted(scene, sample),
+        tilted=tilted,
         few_wall_contacts=has_few_wall_contacts(
             box, cell, len(order), smallest, surfaces is not None
         ),

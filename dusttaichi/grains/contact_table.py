@@ -5,14 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.grains.grain_properties import grain_properties, scale_materials
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.surfaces.surface_model import reduced_radius
 from dusttaichi.scene.sphere import SMOOTH
 from dusttaichi.units import LENGTH
-
-FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 
 
 def glue_wall(wall, boundary):
@@ -130,11 +127,11 @@ class ContactTable:
     def extreme_walls(self):
         """ContactConstants of the extreme grains and a wall, or a surface."""
         return [self.wall(grain) for grain in self.extreme_grains] + [
-            self.surface(grain, n) for grain in self.extreme_grains for n in self._surfaces
+            self.surface(grain, n) for grain in self.extreme_grains for n in self.surface_numbers
         ]
 
     @property
-    def _surfaces(self):
+    def surface_numbers(self):
         return range(len(self.curvatures))
 
     @cached_property
@@ -142,7 +139,7 @@ class ContactTable:
         """ContactConstants of the grain with the longest reach on each surface."""
         return [
             max((self.surface(grain, n) for grain in self.largest_grains), key=lambda c: c.delta0)
-            for n in self._surfaces
+            for n in self.surface_numbers
         ]
 
     @property
@@ -179,21 +176,3 @@ class ContactTable:
         # constants of as many contacts as grains would take much memory
         overlaps = {grain: self._make_wall(grain).rest_overlap for grain in set(grains)}
         return np.array([overlaps[grain] for grain in grains])
-
-    def clusters(self):
-        """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
-
-        In each all grains are the smallest of a material, with the springs of its contact with the
-        largest of a material; a rigid sphere counts as a wall that grains touch.
-        """
-        strengths, clusters = wall_strengths(self.scene.boundary), []
-        for a, small, _ in self.size_ranges:
-            mass = constants.sphere_mass(small, self.scene.all_materials[a].density)
-            for b, _, large in self.size_ranges:
-                pair = self.pair((a, small), (b, large))
-                clusters.append((mass, pair, self.wall((a, small)), strengths))
-                if self.scene.sphere is not None:
-                    clusters.append((mass, pair, self.sphere((a, small)), FLOOR))
-                for n in self._surfaces:
-                    clusters.append((mass, pair, self.surface((a, small), n), FLOOR))
-        return clusters

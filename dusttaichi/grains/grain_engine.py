@@ -13,13 +13,7 @@ from dusttaichi.domain.walls import Box
 from dusttaichi.grains import script_access
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.bodies import make_bodies
-from dusttaichi.grains.features import (
-    choose_variables,
-    count_first_body,
-    grain_constants,
-    has_profiles,
-    profile_constants,
-)
+from dusttaichi.grains.features import choose_variables, grain_constants, profile_constants
 from dusttaichi.grains.grain_environment import GrainEnvironment
 from dusttaichi.grains.grain_ledger import Ledger
 from dusttaichi.grains.impacts import softened_remarks
@@ -29,7 +23,7 @@ from dusttaichi.grains.members import Members
 from dusttaichi.grains.motion import Motion
 from dusttaichi.grains.outside_forces import ActingForces
 from dusttaichi.grains.present_contacts import Contacts
-from dusttaichi.grains.record import GrainRecorder, bin_edges, plates_of
+from dusttaichi.grains.record import GrainRecorder
 from dusttaichi.grains.rigid_sphere import MovingSphere
 from dusttaichi.grains.search_schedule import Search
 from dusttaichi.grains.start import start
@@ -117,25 +111,19 @@ class GrainEngine(EngineOfParts):
             sphere=self.sphere,
             members=self.members,
             numbers=numbers,
-            stiffness_ratio=prepared.stiffness_ratio,
+            scaling=prepared.scene.numerics.stiffness_scaling,
         )
 
         self.workers = WorkerChoice(self.stepper, fixed=scene.numerics.threads != "auto")
         self.variables = choose_variables(scene, self.sample, self.layout, self.domain, self.push)
-        self.recorder = self._make_recorder()
+        self.recorder = GrainRecorder(
+            *(self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger),
+            scene=scene,
+            sample=self.sample,
+            variables=self.variables,
+        )
         self.size, self.channels = self.bodies.count, self.layout.channels
         self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
-
-    def _make_recorder(self):
-        scene, radius = self.scene, self.bodies.radius
-        has_bins = has_profiles(scene, self.domain)
-        return GrainRecorder(
-            *(self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger),
-            variables=self.variables,
-            plates=plates_of(scene.boundary, self.sample, radius),
-            edges=bin_edges(self.domain.clock(), radius) if has_bins else None,
-            first=count_first_body(scene, self.sample),
-        )
 
     # -- the run ---------------------------------------------------------------------------------
 
@@ -239,7 +227,7 @@ class GrainEngine(EngineOfParts):
         if self.domain.surfaces is not None:
             surface_state = from_plain(SurfaceState, numbers["surfaces"])
             moving["surfaces"] = self.domain.surfaces.with_state(surface_state)
-        self.environment.domain = replace(self.domain, **moving)
+        self.environment.place(replace(self.domain, **moving))
         if self.sphere is not None:
             self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])
         if numbers["push"] is not None:

@@ -3,23 +3,19 @@
 from dataclasses import replace
 
 from dusttaichi.domain.environment import Environment
-from dusttaichi.grains.wall_geometry import walls_argument
+from dusttaichi.grains.kernels.gather import Walls
 
 
 class GrainEnvironment(Environment):
     """Walls and cell around the grains, as the kernels read them.
 
-    state: GrainState, in whose fields the kernels read the cell.
+    state: GrainState, in whose fields the kernels read the cell. walls_argument: the walls as
+    kernels take them.
     """
 
     def __init__(self, state, domain):
         self._state = state
         super().__init__(domain)
-
-    @property
-    def walls_argument(self):
-        """The walls as kernels take them."""
-        return walls_argument(self.domain.box)
 
     @property
     def moment(self):
@@ -29,6 +25,7 @@ class GrainEnvironment(Environment):
     def place(self, domain):
         """Take walls and cell with their speeds from this Domain."""
         super().place(domain)
+        self.walls_argument = make_walls_argument(domain.box)
         if domain.cell is not None:
             self._state["cell"] = domain.cell.rows
         if domain.surfaces is not None:
@@ -46,3 +43,16 @@ class GrainEnvironment(Environment):
     def closing_speed(self):
         """Speed at which faces may bring grains together, now or allowed by a servo [um/us]."""
         return self.domain.closing_speed(self.step)
+
+
+def make_walls_argument(box):
+    """The walls of a Box, or of None, as kernels take them."""
+    if box is None:
+        return Walls()
+    return Walls(
+        normal=box.normal.tolist(),
+        offset=box.offset.tolist(),
+        speed=box.speed.tolist(),
+        strength=box.strength.tolist(),
+        along=box.along[:, 0].tolist(),
+    )

@@ -4,28 +4,35 @@ Velocities and spins in memory are half a step behind the positions. (N, ...) ar
 order unless said otherwise.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from dusttaichi.grains.bodies import GrainBodies
+from dusttaichi.grains.grain_environment import GrainEnvironment
+from dusttaichi.grains.kernels.store import FIRST_SPHERE
+from dusttaichi.grains.outside_forces import ActingForces
+from dusttaichi.grains.pushes import Push
+from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.wall_geometry import distances_to, list_present
 
 
+@dataclass(frozen=True, eq=False)
 class Motion:
-    """Motion of the grains of a GrainState under contacts, forces from outside and pushes.
+    """Motion of the grains of a GrainState under contacts, forces from outside and pushes."""
 
-    state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. push: Push.
-    outside: ActingForces, or None.
-    """
-
-    def __init__(self, state, bodies, environment, push, outside):
-        self.state, self.bodies = state, bodies
-        self.environment, self.push, self.outside = environment, push, outside
+    state: GrainState
+    bodies: GrainBodies
+    environment: GrainEnvironment
+    push: Push
+    outside: ActingForces | None
 
     # -- loads -----------------------------------------------------------------------------------
 
     def sum_contact_loads(self):
         """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
         state, count = self.state, self.bodies.count
-        grain, contact, second = state.listed_contacts()
+        grain, contact, second = _list_contacts(state)
         load, change = state.fields["load"], np.count_nonzero(second)  # second bodies come first
         blocks = int(contact.max(initial=-1)) // state.layout.width + 1
         out = np.empty((2, count, 3))
@@ -140,3 +147,19 @@ class Motion:
             number = int(self.state.order[grain])
             nearest = min(nearest, (float(distance[grain]), number, int(wall)))
         return nearest
+
+
+def _list_contacts(state):
+    """Grain, number of the contact, 1 where the grain is its second body, of all listed contacts.
+
+    Those of a grain in the order in which its loads are summed (kernels.grain_pass).
+    """
+    start, first = state["entry_start"], np.diff(state["pair_start"])
+    entry = state["entry"][: start[-1]]
+    grains = np.arange(len(first))
+    owner, contact_rows = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
+    outside = entry >= state["counts"][FIRST_SPHERE] * state.layout.width
+    second = (entry >= 0) & ~outside
+    contacts = np.concatenate([entry[second], np.arange(len(contact_rows)), entry[outside]])
+    sides = np.repeat([1, 0], [np.count_nonzero(second), len(contacts) - np.count_nonzero(second)])
+    return np.concatenate([owner[second], contact_rows, owner[outside]]), contacts, sides

@@ -17,10 +17,9 @@ from dusttaichi.grains.kernels.outside_kick import (
     TURNING,
 )
 from dusttaichi.grains.kernels.store import SPHERE
-from dusttaichi.physics.contact.constants import sphere_mass
 from dusttaichi.physics.forces.model import ForceModel
 from dusttaichi.physics.forces.outside_work import split_work
-from dusttaichi.scene.forces import find_law, find_shortest_timescale, list_forces
+from dusttaichi.scene.forces import find_law, list_forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +74,6 @@ def make_forces(scene, model, sample, properties):
 def _unit(number):
     """SI value of the internal unit of a Number: a power of ten, without rounding of products."""
     return float(f"{units.GRAINS(number.unit):.12g}")
-
-
-def shortest_timescale(table):
-    """Shortest time [s] in which a force from outside changes a motion; infinite without one.
-
-    table: ContactTable, of whose extreme grains.
-    """
-    scene, numbers, radii = table.scene, *zip(*table.extreme_grains, strict=True)
-    radius, densities = np.array(radii), [scene.all_materials[n].density for n in numbers]
-    mass = np.array([sphere_mass(r, density) for r, density in zip(radii, densities, strict=True)])
-    charge = np.zeros(len(mass)) if scene.charge is None else scene.charge.bound(mass, radius)
-    return find_shortest_timescale(list_forces(scene), radius=radius, mass=mass, charge=charge)
 
 
 # -- in a simulation ------------------------------------------------------------------------------

@@ -22,10 +22,10 @@ class Contacts:
     def grain_count(self):
         return self._bodies.count
 
-    def restore(self, sample, stiffness_ratio):
+    def restore(self, sample, scaling):
         """Put histories of contacts that a Sample has into fields; a search has listed their pairs.
 
-        stiffness_ratio: of the sample's contacts over those of the scene.
+        scaling: numerics.stiffness_scaling of the scene.
         """
         state, radii = self._state, self._bodies.grain_radii
         if sample.contacts is not None:
@@ -38,8 +38,8 @@ class Contacts:
                 return normals_at(domain, wall, x, 0.0), reduced_radii_at(domain, wall, radius)
 
             state.take_wall_contacts(sample.wall_contacts, radii, geometry)
-        if stiffness_ratio != 1.0:
-            state.stiffen(stiffness_ratio)
+        if (ratio := sample.info.get("stiffness_scaling", 1.0) / scaling) != 1.0:
+            state.stiffen(ratio)
 
     # -- between grains --------------------------------------------------------------------------
 

@@ -189,10 +189,10 @@ def _number(value, unit):
 
 def _sample(scene, preparation):
     """Rows of the Sample of a Prepared."""
-    bodies, info = preparation.polydisperse, preparation.sample.info
+    bodies, info = preparation.properties, preparation.sample.info
     mass = quantities.format(constants.grain_mass(scene.material), "mass", digits=5)
     rows = [("grains", f"{len(preparation.sample):,}")]
-    if bodies is not None:
+    if bodies.material is not None:
         names = [DEFAULT, *scene.materials]
         material_names = [names[number] for number in np.unique(bodies.material)]
         ends = (bodies.radius.min(), bodies.radius.max())

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.grains.features import count_first_body, has_profiles
 from dusttaichi.physics import geometry
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.variables import CHOSEN
@@ -86,18 +87,19 @@ class GrainRecorder:
     """Makes the records of a series, of profiles and of snapshots.
 
     motion: Motion. contacts: Contacts. sphere: MovingSphere, or None. kernel_sums: KernelSums.
-    ledger: Ledger. variables: of the result, of which loads of contacts are taken apart. plates:
-    Plates, or None. edges: of the bins of profiles [um], or None. first: number of grains of the
-    first of two bodies, wherever they go, or None.
+    ledger: Ledger. scene, sample: that it was started from. variables: of the result, of which
+    loads of contacts are taken apart. plates: Plates, or None. edges: of the bins of profiles [um],
+    or None.
     """
 
-    def __init__(
-        self, motion, contacts, sphere, kernel_sums, ledger, *, variables, plates, edges, first
-    ):
+    def __init__(self, motion, contacts, sphere, kernel_sums, ledger, *, scene, sample, variables):
         self._motion, self._contacts, self._sphere = motion, contacts, sphere
         self._kernel_sums, self._ledger = kernel_sums, ledger
         self._bodies, self._environment = motion.bodies, motion.environment
-        self.plates, self.edges, self._first = plates, edges, first
+        domain, radius = self._environment.domain, self._bodies.radius
+        self.plates = plates_of(scene.boundary, sample, radius)
+        self.edges = bin_edges(domain.clock(), radius) if has_profiles(scene, domain) else None
+        self._first = count_first_body(scene, sample)  # wherever its grains go
         self._names = {group: set() for group in CHOSEN}  # of the variables of frames
         for variable in variables:
             self._names.get(variable.group, set()).add(variable.name)

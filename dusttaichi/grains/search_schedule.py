@@ -8,8 +8,6 @@ import numpy as np
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.grain_cells import CELLS_PER_GRAIN, FARTHEST, FURTHER_CELLS
-from dusttaichi.grains.kernels.store import PLANES
-from dusttaichi.grains.wall_geometry import list_present
 from dusttaichi.particles.cells import Bounds, lay_grid
 
 LIGHT = 299792458.0  # um/us
@@ -111,8 +109,8 @@ class Search:
         wall_reaches, sphere_reach = [NOWHERE] * self._state.layout.surfaces, 0.0
         if environment.box is not None:
             wall_reach = self.skin + numbers.wall.far + radius
-            far = [wall_reach] * PLANES + [self.skin + c.far + radius for c in numbers.surfaces]
-            wall_reaches = np.where(list_present(environment.domain), far, NOWHERE)
+            wall_reaches = [wall_reach if there else NOWHERE for there in environment.box.present]
+            wall_reaches += [self.skin + c.far + radius for c in numbers.surfaces]
         if self._sphere is not None:
             sphere_reach = self._sphere.radius + self.skin + numbers.sphere.far + radius
         reaches = near, time, sphere_reach, 3.0, *wall_reaches

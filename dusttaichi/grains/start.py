@@ -5,14 +5,12 @@ import numpy as np
 from dusttaichi import units
 
 
-def start(
-    sample, motion, contacts, search, stepper, *, ledger, sphere, members, numbers, stiffness_ratio
-):
+def start(sample, motion, contacts, search, stepper, *, ledger, sphere, members, numbers, scaling):
     """Put a Sample into the fields of a Motion, at step 0, with velocities half a step back.
 
     contacts: Contacts. search: Search. stepper: Stepper. ledger: Ledger. sphere: MovingSphere, or
-    None. members: Members, or None. numbers: ContactNumbers. stiffness_ratio: of the sample's
-    contacts over those of the scene.
+    None. members: Members, or None. numbers: ContactNumbers. scaling: numerics.stiffness_scaling of
+    the scene.
     """
     state, push = motion.state, motion.push
     place_grains(sample, motion)
@@ -26,7 +24,7 @@ def start(
     if members is not None:
         members.place(sample.positions[state.order] / units.LENGTH)
     search.update(0)
-    contacts.restore(sample, stiffness_ratio)
+    contacts.restore(sample, scaling)
     stepper.load_contacts()
     state.clear_sums()
     if push.works:

@@ -119,23 +119,6 @@ class GrainState(FieldState):
         pairs = self.pair_count
         return self["pair_i"].reshape(-1)[:pairs], self["pair_j"].reshape(-1)[:pairs]
 
-    def listed_contacts(self):
-        """Grain, number of the contact, 1 where the grain is its second body, of all entries.
-
-        Those of a grain in the order in which its loads are summed (kernels.grain_pass).
-        """
-        start, first = self["entry_start"], np.diff(self["pair_start"])
-        entry = self["entry"][: start[-1]]
-        grains = np.arange(len(first))
-        owner, contact_rows = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
-        outside = entry >= self["counts"][FIRST_SPHERE] * self.layout.width
-        second = (entry >= 0) & ~outside
-        contacts = np.concatenate([entry[second], np.arange(len(contact_rows)), entry[outside]])
-        sides = np.repeat(
-            [1, 0], [np.count_nonzero(second), len(contacts) - np.count_nonzero(second)]
-        )
-        return np.concatenate([owner[second], contact_rows, owner[outside]]), contacts, sides
-
     def on_sphere(self):
         """(rows in `lanes`, grain, number of the sphere) of the listed contacts with the sphere."""
         counts, width = self["counts"], self.layout.width

@@ -8,19 +8,21 @@ from math import inf, pi
 
 import numpy as np
 
+from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
-from dusttaichi.grains.outside_forces import shortest_timescale
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import STRAIN_RATE
+from dusttaichi.scene.forces import find_shortest_timescale, list_forces
 from dusttaichi.scene.push import list_stage_pushes
 from dusttaichi.scene.surfaces import find_fastest, list_motions
 
 BALANCED = 0.2  # step_fraction for which physics.encounter was calibrated
 SAFE = 1.4  # largest fraction of its limit of a step that strong damping limits
 LOOSE = 1.0  # contacts per grain below which the initial binding energy is negligible
+FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 FEW = 13  # grains below which one collision dominates
 SETTLING = 15_000
 """Steps within which a load is reached; with or without softening it took 4000 to 13,000
@@ -50,9 +52,10 @@ def chosen_step(table, sample):
     equal = table.properties is None
     radii = table.scene.material.radius if equal else table.properties.radius
     motion = fastest(table.scene, sample, radii)
+    step = time_step(table, len(sample), motion)
     impact = hardest_impact(table.extreme_pairs, motion.thrown)
     check(impact)
-    return replace(time_step(table, len(sample), motion), impact=impact)
+    return replace(step, impact=impact)
 
 
 def time_step(table, grains, motion=None):
@@ -82,7 +85,7 @@ def time_step(table, grains, motion=None):
     if rate > 0.0 and dt >= limit:
         limit = min(
             stability.damped_limit(mass, pair, wall, grains, strengths)
-            for mass, pair, wall, strengths in table.clusters()
+            for mass, pair, wall, strengths in list_clusters(table)
         )
         limit = min(limit, outside / pi)
     if dt >= limit:
@@ -104,9 +107,41 @@ def stiffest_of(table, grains):
     """
     periods = [
         stability.stiffest(mass, pair, wall, grains, strengths)
-        for mass, pair, wall, strengths in table.clusters()
+        for mass, pair, wall, strengths in list_clusters(table)
     ]
     return min(period for period, _ in periods), max(rate for _, rate in periods)
+
+
+def list_clusters(table):
+    """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
+
+    In each all grains are the smallest of a material, with the springs of its contact with the
+    largest of a material; a rigid sphere counts as a wall that grains touch.
+    """
+    scene, clusters = table.scene, []
+    strengths = wall_strengths(scene.boundary)
+    for a, small, _ in table.size_ranges:
+        mass = constants.sphere_mass(small, scene.all_materials[a].density)
+        for b, _, large in table.size_ranges:
+            pair = table.pair((a, small), (b, large))
+            clusters.append((mass, pair, table.wall((a, small)), strengths))
+            if scene.sphere is not None:
+                clusters.append((mass, pair, table.sphere((a, small)), FLOOR))
+            for n in table.surface_numbers:
+                clusters.append((mass, pair, table.surface((a, small), n), FLOOR))
+    return clusters
+
+
+def shortest_timescale(table):
+    """Shortest time [s] in which a force from outside changes a motion; infinite without one.
+
+    table: ContactTable, of whose extreme grains.
+    """
+    scene, numbers, radii = table.scene, *zip(*table.extreme_grains, strict=True)
+    radius, densities = np.array(radii), [scene.all_materials[n].density for n in numbers]
+    mass = np.array(list(map(constants.sphere_mass, radii, densities)))
+    charge = np.zeros(len(mass)) if scene.charge is None else scene.charge.bound(mass, radius)
+    return find_shortest_timescale(list_forces(scene), radius=radius, mass=mass, charge=charge)
 
 
 def step_of_motion(table, motion):

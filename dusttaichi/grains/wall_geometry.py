@@ -1,10 +1,7 @@
-"""Walls and surfaces of a Domain, at points of the room and as kernels take them."""
-
-from functools import lru_cache
+"""Walls and surfaces of a Domain at points of the room."""
 
 import numpy as np
 
-from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.store import PLANES
 from dusttaichi.physics.geometry import WALLS, dot_rows
 
@@ -18,20 +15,6 @@ def list_present(domain):
     """True for each present wall, surfaces included."""
     count = 0 if domain.surfaces is None else len(domain.surfaces)
     return np.array([*(domain.box.present == 1), *[True] * count])
-
-
-@lru_cache(maxsize=4)
-def walls_argument(box):
-    """The walls of a Box, or of None, as kernels take them."""
-    if box is None:
-        return Walls()
-    return Walls(
-        normal=box.normal.tolist(),
-        offset=box.offset.tolist(),
-        speed=box.speed.tolist(),
-        strength=box.strength.tolist(),
-        along=box.along[:, 0].tolist(),
-    )
 
 
 def normals_at(domain, wall, x, time):
