@@ -50,6 +50,46 @@ def place_search(fields, layout, room):
     return search_fields | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, method_numbers=1)
 
 
+@ti.data_oriented
+class SeenParticles:
+    """Particles and images of a Motion in the cells of a search.
+
+    count: of particles; seen: of these and of images. near: lists.Neighbours.
+    """
+
+    def __init__(self, motion, near):
+        self.x, self.lists, self.n, self.near = motion.f.x, motion.lists, motion.n, near
+        self.cells, self.last = Cells(motion.lists.grid, motion.n), motion.lists.grid.shape[0] - 1
+
+    @ti.func
+    def count(self):
+        return self.lists.known[PARTICLES]
+
+    @ti.func
+    def seen(self):
+        return self.lists.known[SEEN]
+
+    @ti.func
+    def put_back(self, i):
+        """Particle i back into the periodic cell."""
+        for a in ti.static(range(self.n)):
+            low, length = self.lists.axes[a, LOW], self.lists.axes[a, PERIOD]
+            if length > 0.0:
+                self.x[i][a] -= ti.floor((self.x[i][a] - low) / length) * length
+
+    @ti.func
+    def cell(self, k, grid: ti.template()):
+        """The cell of a particle or image.
+
+        Rigid and fixed particles are no neighbours: their body or face acts by its surface.
+        """
+        is_occupied = 1
+        if k < self.count() and self.lists.grid[self.last] != ORDER:
+            is_occupied = self.near.yields(k)
+        cell = self.cells.number(self.cells.find_cell(self.x[k], grid), grid)
+        return ti.select(is_occupied == 1, cell, -1)
+
+
 def make_search(motion, near):
     """Launches of a search, in order.
 
@@ -60,43 +100,17 @@ def make_search(motion, near):
     long, and `visit()` again, which lists them. What takes long to compile is one kernel for two
     uses: the phase, the last number of `grid`, says which. near: lists.Neighbours.
     """
-    layout, f, lists, n = motion.layout, motion.f, motion.lists, motion.n
-    cells, last = Cells(lists.grid, n), lists.grid.shape[0] - 1
+    layout, f, lists = motion.layout, motion.f, motion.lists
+    particles, last = SeenParticles(motion, near), lists.grid.shape[0] - 1
+    cells, count = particles.cells, particles.count
     ghosts = Ghosts(motion, near) if layout.ghosts else None
     touches = Touches(motion.rigid, near) if layout.rigid else None
     marked = [marked_lists for marked_lists in (ghosts, touches) if marked_lists is not None]
     listings = [Lists(marked_lists, lists.tally, lists.chunk_sum) for marked_lists in marked]
     blocks = Lists(near, lists.tally, lists.chunk_sum)
 
-    @ti.func
-    def count():
-        return lists.known[PARTICLES]
-
-    @ti.func
-    def put_back(i):
-        """Particle i back into the periodic cell."""
-        for a in ti.static(range(n)):
-            low, length = lists.axes[a, LOW], lists.axes[a, PERIOD]
-            if length > 0.0:
-                f.x[i][a] -= ti.floor((f.x[i][a] - low) / length) * length
-
-    @ti.func
-    def seen():
-        return lists.known[SEEN]
-
-    @ti.func
-    def cell(k, grid: ti.template()):
-        """The cell of a particle or image.
-
-        Rigid and fixed particles are no neighbours: their body or face acts by its surface.
-        """
-        is_occupied = 1
-        if k < count() and lists.grid[last] != ORDER:
-            is_occupied = near.yields(k)
-        return ti.select(is_occupied == 1, cells.number(cells.find_cell(f.x[k], grid), grid), -1)
-
-    sort_seen = Sort(lists, seen, cells.total, cell, ordered=True)
-    preparations = (put_back,) if layout.ghosts else ()
+    sort_seen = Sort(lists, particles.seen, cells.total, particles.cell, ordered=True)
+    preparations = (particles.put_back,) if layout.ghosts else ()
     room = lists.in_cell.shape[0]
     bounds = Bounds(f.x, lists.bounds, count, FARTHEST, capacity=room, preparations=preparations)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell_kinematics import CENTRE, GROWTH, RATE, START, TILT
-from dusttaichi.grains.kernels.outside_kick import make_forces
+from dusttaichi.grains.kernels.outside_kick import OutsideKick
 from dusttaichi.grains.kernels.store import GRAINS
 
 # of the series of cos(h) and sin(h)/h in h^2
@@ -135,7 +135,7 @@ def make_grain_pass(fields, layout):
     total, add_push = make_gather(fields, layout), make_push(fields, layout)
     free, impulse = fields.get("free"), fields.get("carried_impulse")
     mass, inertia = fields.get("mass"), fields.get("inertia")
-    dtype, forces = layout.geometry, make_forces(fields, layout)
+    dtype, forces = layout.geometry, OutsideKick(fields, layout)
     turned = Orientations(fields, layout) if layout.orientation else None
 
     @ti.func

@@ -13,7 +13,7 @@ from dusttaichi.grains.kernels.outside_kick import (
     ACCELERATION,
     ENERGIES,
     TURNING,
-    make_forces,
+    OutsideKick,
     place_forces,
 )
 from dusttaichi.grains.kernels.store import GRAINS, SPHERE, capacity, sphere_capacity
@@ -60,30 +60,39 @@ def place_measure(grains, layout, walls):
 
 
 @ti.data_oriented
-class ContactSums:
+class RowSums:
+    """Sums in the rows of a table, to each of which one thread adds."""
+
+    def __init__(self, table):
+        self.table, self.row_length = table, table.shape[1]
+
+    @ti.func
+    def clear(self, row):
+        for n in ti.static(range(self.row_length)):
+            self.table[row, n] = 0.0
+
+    @ti.func
+    def add(self, row, column: ti.template(), value):
+        self.table[row, column] = self.table[row, column] + ti.cast(value, ti.f64)
+
+    @ti.func
+    def most(self, row, column: ti.template(), value):
+        self.table[row, column] = ti.max(self.table[row, column], ti.cast(value, ti.f64))
+
+
+@ti.data_oriented
+class ContactSums(RowSums):
     """Energies, counts and extremes of the contacts of one ContactPass, by tiles of a table."""
 
     def __init__(self, contacts, layout, table):
-        self.contacts, self.table, self.columns = contacts, table, Columns(layout)
+        super().__init__(table)
+        self.contacts, self.columns = contacts, Columns(layout)
         self.width, self.faces = layout.width, contacts.faces
         self.potentials = len(layout.model.potentials)
         self.first_pending = self.columns.pending.start
         self.pending = tuple(
             (layout.channels.index(law.CHANNEL), law) for law in contacts.mechanics.pending
         )
-
-    @ti.func
-    def clear(self, tile):
-        for n in ti.static(range(self.columns.count)):
-            self.table[tile, n] = 0.0
-
-    @ti.func
-    def add(self, tile, column: ti.template(), value):
-        self.table[tile, column] = self.table[tile, column] + ti.cast(value, ti.f64)
-
-    @ti.func
-    def most(self, tile, column: ti.template(), value):
-        self.table[tile, column] = ti.max(self.table[tile, column], ti.cast(value, ti.f64))
 
     @ti.func
     def add_block(self, tile, block, dt_wide, boundary):
@@ -154,7 +163,7 @@ def make_measure_grains(fields, sums, layout):
     v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
     total, add_push = make_gather(fields, layout), make_push(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
-    forces = make_forces(fields, layout)
+    forces = OutsideKick(fields, layout)
 
     @ti.func
     def own(table: ti.template(), grain):
@@ -207,7 +216,7 @@ def make_evaluate_forces(fields, sums, layout):
     half a step back. kick, turn: changes of velocity and spin of the sphere in half a step by its
     contacts.
     """
-    out, forces = sums["force_now"], make_forces(fields, layout)
+    out, forces = sums["force_now"], OutsideKick(fields, layout)
     total, add_push = make_gather(fields, layout), make_push(fields, layout)
     counts, model, laws = fields["counts"], layout.forces, forces.laws
     v, w = fields["v"], fields["w"]

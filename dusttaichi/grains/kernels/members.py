@@ -16,6 +16,7 @@ from dusttaichi.grains.kernels.measure import (
     LINEAR,
     Columns,
     ContactSums,
+    RowSums,
 )
 
 # further columns of the sums over a body: mass, and mass times place and velocity
@@ -44,58 +45,69 @@ def make_stand_apart(fields, scratch):
     return stand_apart
 
 
+@ti.data_oriented
+class BodySums(RowSums):
+    """Kinetic energies, extremes and motion of the two bodies of each member."""
+
+    def __init__(self, fields, layout, table):
+        super().__init__(table)
+        self.x, self.v, self.w, self.body = (fields[name] for name in ("x", "v", "w", "body"))
+        self.masses, self.inertias = fields.get("mass"), fields.get("inertia")
+        self.polydisperse, self.total = layout.polydisperse, make_gather(fields, layout)
+
+    @ti.func
+    def add_grain(self, member, grain, mass, inertia, half_kick, half_turn):
+        row, grain_mass, grain_inertia = 2 * member + (self.body[grain] & 1), mass, inertia
+        force, torque = self.total(grain)
+        kick, turn = half_kick * force, half_turn * torque
+        if ti.static(self.polydisperse):
+            grain_mass, grain_inertia = mass * self.masses[grain], inertia * self.inertias[grain]
+            kick, turn = kick / self.masses[grain], turn / self.inertias[grain]
+        velocity, spin = self.v[grain] + kick, self.w[grain] + turn
+        self.add(row, LINEAR, 0.5 * grain_mass * velocity.dot(velocity))
+        self.add(row, ANGULAR, 0.5 * grain_inertia * spin.dot(spin))
+        self.most(row, FASTEST, velocity.norm())
+        self.most(row, FASTEST_SPIN, spin.norm())
+        self.add(row, KICK, 0.5 * (grain_mass * kick.dot(kick) + grain_inertia * turn.dot(turn)))
+        self.add(row, MASS, grain_mass)
+        for axis in ti.static(range(3)):
+            self.add(row, PLACE + axis, grain_mass * self.x[grain][axis])
+            self.add(row, VELOCITY + axis, grain_mass * velocity[axis])
+
+
+@ti.data_oriented
+class MemberLosses:
+    """Losses of members by channel: those up to the last search and those since."""
+
+    def __init__(self, fields, layout, table):
+        self.table, self.first, self.width = table, fields["member_first"], layout.width
+        self.grain_loss, self.contact = fields["grain_loss"], fields["contact"]
+        self.recent, self.channels = layout.rows["recent"][0], len(layout.channels)
+
+    @ti.func
+    def sum_up(self, member, begin, end):
+        """Fill the row of a member, whose pairs are those from `begin` to before `end`."""
+        for channel in range(self.channels):
+            lost = ti.cast(0.0, ti.f64)
+            for grain in range(self.first[member], self.first[member + 1]):
+                lost += self.grain_loss[grain, channel]
+            for pair in range(begin, end):
+                block, lane = pair // self.width, pair % self.width
+                lost += ti.cast(self.contact[block, self.recent + channel, lane], ti.f64)
+            self.table[member, channel] = lost
+
+
 def make_measure_members(fields, sums, layout, contacts):
     """Kernels that fill the sums of the members whose `due` is 1, by name.
 
     measure_bodies(members, mass, inertia, kick, turn): as measure_grains of kernels.measure.
     measure_members(members, step, dt, box): of their contacts, a ContactPass.
     """
-    v, w, x, body = fields["v"], fields["w"], fields["x"], fields["body"]
-    first, is_due, total = fields["member_first"], fields["due"], make_gather(fields, layout)
-    masses, inertias = fields.get("mass"), fields.get("inertia")
-    pair_start, width, table = fields["pair_start"], layout.width, sums["body_sum"]
+    first, is_due, pair_start = fields["member_first"], fields["due"], fields["pair_start"]
+    of_bodies = BodySums(fields, layout, sums["body_sum"])
     of_contacts = ContactSums(contacts, layout, sums["member_sum"])
-    gatherer, loss, grain_loss = contacts.gatherer, sums["member_loss"], fields["grain_loss"]
-    contact, recent = fields["contact"], layout.rows["recent"][0]
-    channels = len(layout.channels)
-
-    @ti.func
-    def add(row, column, value):
-        table[row, column] = table[row, column] + ti.cast(value, ti.f64)
-
-    @ti.func
-    def most(row, column, value):
-        table[row, column] = ti.max(table[row, column], ti.cast(value, ti.f64))
-
-    @ti.func
-    def add_grain(grain, row, mass, inertia, half_kick, half_turn):
-        grain_mass, grain_inertia = mass, inertia
-        force, torque = total(grain)
-        kick, turn = half_kick * force, half_turn * torque
-        if ti.static(layout.polydisperse):
-            grain_mass, grain_inertia = mass * masses[grain], inertia * inertias[grain]
-            kick, turn = kick / masses[grain], turn / inertias[grain]
-        velocity, spin = v[grain] + kick, w[grain] + turn
-        add(row, LINEAR, 0.5 * grain_mass * velocity.dot(velocity))
-        add(row, ANGULAR, 0.5 * grain_inertia * spin.dot(spin))
-        most(row, FASTEST, velocity.norm())
-        most(row, FASTEST_SPIN, spin.norm())
-        add(row, KICK, 0.5 * (grain_mass * kick.dot(kick) + grain_inertia * turn.dot(turn)))
-        add(row, MASS, grain_mass)
-        for axis in ti.static(range(3)):
-            add(row, PLACE + axis, grain_mass * x[grain][axis])
-            add(row, VELOCITY + axis, grain_mass * velocity[axis])
-
-    @ti.func
-    def sum_losses(member, begin, end):
-        """Sum the losses of a member: those up to the last search and those since."""
-        for channel in range(channels):
-            lost = ti.cast(0.0, ti.f64)
-            for grain in range(first[member], first[member + 1]):
-                lost += grain_loss[grain, channel]
-            for pair in range(begin, end):
-                lost += ti.cast(contact[pair // width, recent + channel, pair % width], ti.f64)
-            loss[member, channel] = lost
+    losses = MemberLosses(fields, layout, sums["member_loss"])
+    gatherer, width = contacts.gatherer, layout.width
 
     @ti.kernel
     def measure_bodies(
@@ -103,11 +115,10 @@ def make_measure_members(fields, sums, layout, contacts):
     ):
         for member in range(members):
             if is_due[member] == 1:
-                for n in range(2 * BODY_COLUMNS):
-                    table[2 * member + n // BODY_COLUMNS, n % BODY_COLUMNS] = 0.0
+                for body in range(2):
+                    of_bodies.clear(2 * member + body)
                 for grain in range(first[member], first[member + 1]):
-                    row = 2 * member + (body[grain] & 1)
-                    add_grain(grain, row, mass, inertia, half_kick, half_turn)
+                    of_bodies.add_grain(member, grain, mass, inertia, half_kick, half_turn)
 
     @ti.kernel
     def measure_members(members: ti.i32, step: ti.i64, dt: ti.f64, box: Walls):
@@ -115,7 +126,7 @@ def make_measure_members(fields, sums, layout, contacts):
             if is_due[member] == 1:
                 of_contacts.clear(member)
                 begin, end = pair_start[first[member]], pair_start[first[member + 1]]
-                sum_losses(member, begin, end)
+                losses.sum_up(member, begin, end)
                 for block in range(begin // width, count_blocks(end, width)):
                     boundary = gatherer.place_at_step(block, step, dt, box)
                     of_contacts.add_lanes(

@@ -5,8 +5,6 @@ the sphere (BODY), then the numbers of the laws. A force that depends on the vel
 of the positions, which is half a step behind the one that the kick begins with (`Forces.solve`).
 """
 
-from types import SimpleNamespace
-
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.store import GRAINS, SPHERE
 from dusttaichi.physics.forces.model import Forces
@@ -29,90 +27,92 @@ def place_forces(particles, layout):
     return {"force_now": ti.field(ti.f64, shape=(particles, columns))}
 
 
-def make_forces(fields, layout):
-    """Functions for the forces on grains and sphere; None in a scene without any.
+@ti.data_oriented
+class OutsideKick:
+    """Forces from outside on grains and sphere.
 
-    `of_grain(g, step)`: struct of a grain with its velocity and spin in memory, `of_sphere(step)`;
-    `weight_of(g)`: 1, or 0 of a grain that is carried, `weight_of_sphere()`;
-    `solve(at, weight, kick, turn, half)`: accelerations (physics.forces.model) times the weight;
-    `accelerate(g, at, weight, velocity, spin, kick, turn, dt)`: velocity and spin after a step, of
-    those that all other loads lead to by twice kick and turn; the work is added to its sums.
+    Arguments: at, struct of a particle (scene.forces); weight: 0 of one that is carried or driven.
     """
-    model = layout.forces
-    if not model:
-        return None
-    table, sums = fields["forces"], fields.get("force_work")
-    x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
-    dtype = layout.geometry
-    masses, inertias, radii = (fields.get(name) for name in ("mass", "inertia", "radius"))
-    charges, scripted = fields.get("charge"), fields.get("script_force")
-    free, body, forces = fields.get("free"), fields.get("sphere_body"), Forces(model, table, LAWS)
+
+    def __init__(self, fields, layout):
+        self.layout, self.model, self.table = layout, layout.forces, fields.get("forces")
+        self.laws = Forces(self.model, self.table, LAWS)
+        self.x, self.v, self.w, self.counts = (fields[name] for name in ("x", "v", "w", "counts"))
+        self.masses, self.inertias = fields.get("mass"), fields.get("inertia")
+        self.radii, self.charges = fields.get("radius"), fields.get("charge")
+        self.scripted, self.work = fields.get("script_force"), fields.get("force_work")
+        self.free, self.sphere_body = fields.get("free"), fields.get("sphere_body")
 
     @ti.func
-    def struct_of(body, step, mass, inertia, radius):
+    def struct_of(self, body, step, mass, inertia, radius):
         charge, script = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 3)
-        if ti.static(model.charged):
-            charge = charges[body]
-        if ti.static(model.scripted):
-            script = scripted[body]
+        if ti.static(self.model.charged):
+            charge = self.charges[body]
+        if ti.static(self.model.scripted):
+            script = self.scripted[body]
         return ti.Struct(
-            position=ti.cast(x[body], ti.f64),
-            velocity=ti.cast(v[body], ti.f64),
-            spin=ti.cast(w[body], ti.f64),
+            position=ti.cast(self.x[body], ti.f64),
+            velocity=ti.cast(self.v[body], ti.f64),
+            spin=ti.cast(self.w[body], ti.f64),
             mass=mass,
             inertia=inertia,
             radius=radius,
             charge=charge,
             script_force=script,
-            time=table[START] + table[STEP] * ti.cast(step, ti.f64),
-            dt=table[STEP],
+            time=self.table[START] + self.table[STEP] * ti.cast(step, ti.f64),
+            dt=self.table[STEP],
             number=body,
             step=step,
         )
 
     @ti.func
-    def of_grain(g, step):
-        mass, inertia, radius = table[GRAIN], table[GRAIN + 1], table[GRAIN + 2]
-        if ti.static(layout.polydisperse):
-            mass, inertia, radius = masses[g], inertias[g], radii[g]
-        return struct_of(g, step, mass, inertia, radius)
+    def of_grain(self, g, step):
+        """Struct of a grain with its velocity and spin in memory."""
+        mass, inertia, radius = self.table[GRAIN], self.table[GRAIN + 1], self.table[GRAIN + 2]
+        if ti.static(self.layout.polydisperse):
+            mass, inertia, radius = self.masses[g], self.inertias[g], self.radii[g]
+        return self.struct_of(g, step, mass, inertia, radius)
 
     @ti.func
-    def of_sphere(step):
-        row = counts[GRAINS] + SPHERE
-        return struct_of(
-            row, step, table[SPHERE_BODY], table[SPHERE_BODY + 1], table[SPHERE_BODY + 2]
-        )
+    def of_sphere(self, step):
+        """Struct of the sphere."""
+        mass, inertia = self.table[SPHERE_BODY], self.table[SPHERE_BODY + 1]
+        row, radius = self.counts[GRAINS] + SPHERE, self.table[SPHERE_BODY + 2]
+        return self.struct_of(row, step, mass, inertia, radius)
 
     @ti.func
-    def weight_of(g):
+    def weight_of(self, g):
         weight = ti.cast(1.0, ti.f64)
-        if ti.static(layout.carried):
-            weight = free[g]
+        if ti.static(self.layout.carried):
+            weight = self.free[g]
         return weight
 
     @ti.func
-    def weight_of_sphere():
-        return ti.select(body[0] > 0.0, ti.cast(1.0, ti.f64), 0.0)
+    def weight_of_sphere(self):
+        return ti.select(self.sphere_body[0] > 0.0, ti.cast(1.0, ti.f64), 0.0)
 
     @ti.func
-    def solve(at: ti.template(), weight, kick, turn, half):
-        linear, angular = forces.solve(at, kick, turn, half)
-        if ti.static(layout.carried or layout.sphere):
+    def solve(self, at: ti.template(), weight, kick, turn, half):
+        """Accelerations (physics.forces.model) times the weight."""
+        linear, angular = self.laws.solve(at, kick, turn, half)
+        if ti.static(self.layout.carried or self.layout.sphere):
             linear, angular = weight * linear, weight * angular
         return linear, angular
 
     @ti.func
-    def accelerate(g, at: ti.template(), weight, velocity, spin, kick, turn, dt):
-        linear, angular = solve(at, weight, kick, turn, 0.5 * dt)
+    def accelerate(self, g, at: ti.template(), weight, velocity, spin, kick, turn, dt):
+        """Velocity and spin after a step; the work is added to the sums of particle g.
+
+        velocity, spin: those that all other loads lead to by twice kick and turn.
+        """
+        dtype = self.layout.geometry
+        linear, angular = self.solve(at, weight, kick, turn, 0.5 * dt)
         faster = velocity + ti.cast(dt, dtype) * ti.cast(linear, dtype)
         turned = spin + ti.cast(dt, dtype) * ti.cast(angular, dtype)
-        if ti.static(bool(model.powers)):
-            mean, turning, span = 0.5 * (v[g] + faster), 0.5 * (w[g] + turned), weight * dt
-            for k in ti.static(range(len(model.powers))):
-                sums[g, k] = sums[g, k] + span * forces.power(k, at, mean, turning)
+        if ti.static(bool(self.model.powers)):
+            span = weight * dt
+            mean, turning = 0.5 * (self.v[g] + faster), 0.5 * (self.w[g] + turned)
+            for k in ti.static(range(len(self.model.powers))):
+                power = self.laws.power(k, at, mean, turning)
+                self.work[g, k] = self.work[g, k] + span * power
         return faster, turned
-
-    weights = {"weight_of": weight_of, "weight_of_sphere": weight_of_sphere}
-    particles = {"of_grain": of_grain, "of_sphere": of_sphere}
-    return SimpleNamespace(laws=forces, solve=solve, accelerate=accelerate, **particles, **weights)

@@ -11,7 +11,7 @@ from dusttaichi.compute.device_blocks import loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks
 from dusttaichi.grains.kernels.grain_cells import SPHERE_REACH
-from dusttaichi.grains.kernels.outside_kick import make_forces
+from dusttaichi.grains.kernels.outside_kick import OutsideKick
 from dusttaichi.grains.kernels.relist import PairLanes
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
@@ -65,7 +65,7 @@ def make_sphere(fields, layout):
     counts, (loads, share_load) = fields["counts"], make_loads(fields, layout)
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    dtype, forces = layout.geometry, make_forces(fields, layout)
+    dtype, forces = layout.geometry, OutsideKick(fields, layout)
     load = ti.field(ti.f64, shape=6) if on_device() else None
 
     @ti.func
