@@ -82,10 +82,8 @@ class GrainEngine(EngineOfParts):
         self.kernel_sums = KernelSums(self.kernels, sum_tables, *common)
         self.sphere = None
         if prepared.sphere is not None:
-            self.sphere = MovingSphere(
-                *(prepared.sphere, self.grain_state, self.environment),
-                *(self.kernel_sums, self.outside),
-            )
+            parts = self.grain_state, self.environment, self.kernel_sums, self.outside
+            self.sphere = MovingSphere(prepared.sphere, *parts)
         bodies_of_members = self.sample_info["members"] if self.layout.members else None
         self.search = Search(
             *(self.kernels, self.scratch, *common),
@@ -116,11 +114,9 @@ class GrainEngine(EngineOfParts):
 
         self.workers = WorkerChoice(self.stepper, fixed=scene.numerics.threads != "auto")
         self.variables = choose_variables(scene, self.sample, self.layout, self.domain, self.push)
+        parts = self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger
         self.recorder = GrainRecorder(
-            *(self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger),
-            scene=scene,
-            sample=self.sample,
-            variables=self.variables,
+            *parts, scene=scene, sample=self.sample, variables=self.variables
         )
         self.size, self.channels = self.bodies.count, self.layout.channels
         self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
