@@ -66,12 +66,12 @@ class OutsideKick:
         )
 
     @ti.func
-    def of_grain(self, g, step):
+    def of_grain(self, grain, step):
         """Struct of a grain with its velocity and spin in memory."""
         mass, inertia, radius = self.table[GRAIN], self.table[GRAIN + 1], self.table[GRAIN + 2]
         if ti.static(self.layout.polydisperse):
-            mass, inertia, radius = self.masses[g], self.inertias[g], self.radii[g]
-        return self.struct_of(g, step, mass, inertia, radius)
+            mass, inertia, radius = self.masses[grain], self.inertias[grain], self.radii[grain]
+        return self.struct_of(grain, step, mass, inertia, radius)
 
     @ti.func
     def of_sphere(self, step):
@@ -81,10 +81,10 @@ class OutsideKick:
         return self.struct_of(row, step, mass, inertia, radius)
 
     @ti.func
-    def weight_of(self, g):
+    def weight_of(self, grain):
         weight = ti.cast(1.0, ti.f64)
         if ti.static(self.layout.carried):
-            weight = self.free[g]
+            weight = self.free[grain]
         return weight
 
     @ti.func
@@ -100,8 +100,8 @@ class OutsideKick:
         return linear, angular
 
     @ti.func
-    def accelerate(self, g, at: ti.template(), weight, velocity, spin, kick, turn, dt):
-        """Velocity and spin after a step; the work is added to the sums of particle g.
+    def accelerate(self, particle, at: ti.template(), weight, velocity, spin, kick, turn, dt):
+        """Velocity and spin after a step; the work is added to the sums of the particle.
 
         velocity, spin: those that all other loads lead to by twice kick and turn.
         """
@@ -111,8 +111,8 @@ class OutsideKick:
         turned = spin + ti.cast(dt, dtype) * ti.cast(angular, dtype)
         if ti.static(bool(self.model.powers)):
             span = weight * dt
-            mean, turning = 0.5 * (self.v[g] + faster), 0.5 * (self.w[g] + turned)
+            mean, turning = 0.5 * (self.v[particle] + faster), 0.5 * (self.w[particle] + turned)
             for k in ti.static(range(len(self.model.powers))):
                 power = self.laws.power(k, at, mean, turning)
-                self.work[g, k] = self.work[g, k] + span * power
+                self.work[particle, k] = self.work[particle, k] + span * power
         return faster, turned
