@@ -4,12 +4,17 @@ Each function returns a new matplotlib Figure, without pyplot and without a disp
 row in the registry (`dusttaichi.plots.figure_registry`) are imported by the names of their figures.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
+from matplotlib.figure import Figure as MplFigure
 
 from dusttaichi.analysis.ensemble_tables import axes_of
+from dusttaichi.analysis.numbers.number_registry import Statistics
+from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
@@ -69,7 +74,12 @@ def __getattr__(name: str) -> Any:
     return drawings[name]
 
 
-def save_figures(source, directory, suffix=".png", failed=None):
+def save_figures(
+    source: Run | list[Run] | xr.Dataset,
+    directory: str | Path,
+    suffix: str = ".png",
+    failed: list[tuple[str, str]] | None = None,
+) -> list[Path]:
     """Write every figure of `draw_figures`.
 
     Parameters
@@ -104,7 +114,9 @@ def save_figures(source, directory, suffix=".png", failed=None):
 
 
 @apply_style
-def draw_figures(source, failed=None):
+def draw_figures(
+    source: Run | list[Run] | xr.Dataset, failed: list[tuple[str, str]] | None = None
+) -> ShownFigures:
     """Draw every figure of a run, of several runs together, or of an ensemble or a sweep, by name.
 
     Runs have those of the registry that apply; a dataset of `analysis.gather` has:
@@ -125,23 +137,24 @@ def draw_figures(source, failed=None):
     dict
         Name -> matplotlib Figure; a notebook shows them.
     """
-    drawings = {}
+    drawings: dict[str, MplFigure | None] = {}
+    drawn: list[tuple[Figure | Statistics, MplFigure | None, str]] = []
     if isinstance(source, xr.Dataset):
         drawings = {
             "sweep" if axes_of(source) else "ensemble": ensemble(source),
             "points": points(source),
+            "numbers": numbers(source),
         }
-        drawings |= {"numbers": numbers(source)}
-        rows = list(draw_statistics(source))
+        drawn += draw_statistics(source)
     else:
-        rows = list(draw_runs(source) if isinstance(source, list) else draw_run(source))
-    problems = [(row.title, problem) for row, _, problem in rows if problem]
+        drawn += draw_runs(source) if isinstance(source, list) else draw_run(source)
+    problems = [(row.title, problem) for row, _, problem in drawn if problem]
     if failed is None and problems:
         raise DustError("; ".join(f"{title}: {problem}" for title, problem in problems))
     if failed is not None:
         failed += problems
-    drawings |= {row.name: drawing for row, drawing, problem in rows if not problem}
-    return ShownFigures(pair for pair in drawings.items() if pair[1] is not None)
+    drawings |= {row.name: drawing for row, drawing, problem in drawn if not problem}
+    return ShownFigures({n: drawing for n, drawing in drawings.items() if drawing is not None})
 
 
 __all__ = [

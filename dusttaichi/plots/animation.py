@@ -1,16 +1,28 @@
 """A film of the grains over the snapshots of a run: GIF, or MP4 where there is ffmpeg."""
 
+from __future__ import annotations
+
 import shutil
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from dusttaichi.analysis.frame import count_frames
 from dusttaichi.errors import DustError
+from dusttaichi.plots.canvas import get_renderer
 from dusttaichi.plots.figure_registry import picture_of
 from dusttaichi.results.outputs import MARK, check
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.plots.grain_picture import Colour, View
 
 DPI = 110
 SECONDS = 8.0  # of a film by default, and
@@ -18,7 +30,16 @@ SLOWEST, FASTEST = 4.0, 25.0  # frames a second that it may take
 LAST = 1.2  # seconds that the last frame of a GIF stays
 
 
-def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dpi=DPI):
+def animation(
+    run: Run,
+    path: str | Path,
+    color: Colour | None = None,
+    view: View = "oblique",
+    *,
+    rate: float | None = None,
+    cell: bool = True,
+    dpi: int = DPI,
+) -> Path:
     """Write the snapshots of a run as a film, with the same colours and frame throughout.
 
     Parameters
@@ -65,13 +86,14 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
     return path
 
 
-def _render_image(figure):
+def _render_image(figure: Figure) -> NDArray[np.uint8]:
     """A Figure as (height, width, 3) bytes."""
     figure.canvas.draw()
-    return np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+    renderer: Any = get_renderer(figure)  # without types
+    return np.asarray(renderer.buffer_rgba())[..., :3].copy()
 
 
-def _write_gif(path, images, rate):
+def _write_gif(path: Path, images: Iterable[NDArray[np.uint8]], rate: float) -> None:
     # each frame has its own 256 colours: dithering would flicker and not compress
     paletted = [Image.fromarray(i).quantize(256, dither=Image.Dither.NONE) for i in images]
     duration = [round(1000.0 / rate)] * (len(paletted) - 1) + [round(1000.0 * LAST)]
@@ -86,7 +108,7 @@ def _write_gif(path, images, rate):
     )
 
 
-def _write_mp4(path, images, rate):
+def _write_mp4(path: Path, images: Iterable[NDArray[np.uint8]], rate: float) -> None:
     program, process = _find_ffmpeg(), None
     for image in images:
         if process is None:
@@ -99,16 +121,18 @@ def _write_mp4(path, images, rate):
             command += [f"comment={MARK}", str(path)]
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         try:
-            process.stdin.write(image.tobytes())
+            cast("IO[bytes]", process.stdin).write(image.tobytes())
         except BrokenPipeError:  # it says why below
             break
+    if process is None:
+        raise DustError(f"There are no pictures for {path}.")
     _, problem = process.communicate()
     if process.returncode:
         text = problem.decode(errors="replace").strip()
         raise DustError(f"ffmpeg could not write {path}: {text}. Try a .gif.")
 
 
-def _find_ffmpeg():
+def _find_ffmpeg() -> str:
     """Path of ffmpeg: the system's, or that of the package imageio-ffmpeg."""
     program = shutil.which("ffmpeg")
     if program:
@@ -116,7 +140,7 @@ def _find_ffmpeg():
     try:
         import imageio_ffmpeg
 
-        return imageio_ffmpeg.get_ffmpeg_exe()
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise DustError(
             "ffmpeg is not installed, and only .mp4 needs it; allowed: .gif. To get it: "

@@ -1,6 +1,10 @@
 """Axes of figures: ticks of logarithmic axes, labels that fit, names of stages."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from matplotlib.ticker import (
@@ -10,6 +14,18 @@ from matplotlib.ticker import (
     MaxNLocator,
     NullFormatter,
 )
+
+from dusttaichi.plots.canvas import get_figure, get_renderer, lay_out
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
+
+    from dusttaichi.analysis.run import Run
+
+Which = Literal["x", "y"]
 
 GREY = "#8C8C8C"
 DECADES = 8  # largest number of labelled powers of ten
@@ -24,30 +40,32 @@ class FewTicks(Locator):
     one; where fewer than three of these are in view, round numbers at equal distances.
     """
 
-    def __call__(self):
-        return self.tick_values(*self.axis.get_view_interval())
+    def __call__(self) -> Sequence[float]:
+        axis = cast("Axis", self.axis)
+        return self.tick_values(*axis.get_view_interval())
 
-    def tick_values(self, vmin, vmax):
+    def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
         """Ticks between these limits, and the next ones beyond."""
         low, high = sorted((vmin, vmax))
-        low = low if low > 0.0 else self.axis.get_minpos()
+        low = low if low > 0.0 else cast("Axis", self.axis).get_minpos()
         if not (np.isfinite([low, high]).all() and high > low):
-            return np.array([])
+            return []
         decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
         if high > 1e3 * low:
-            return 10.0 ** decades[decades % -(-len(decades) // DECADES) == 0]
+            labelled = decades % -(-len(decades) // DECADES) == 0
+            return [float(tick) for tick in 10.0 ** decades[labelled]]
         first = np.array([1, 2, 5]) if high > 7.0 * low else np.arange(1, 10)
         ticks = np.outer(10.0**decades, first).ravel()
         if np.sum((ticks >= low) & (ticks <= high)) >= 3:
-            return ticks
-        ticks = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
-        return ticks[ticks > 0.0]
+            return [float(tick) for tick in ticks]
+        even_ticks = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+        return [float(tick) for tick in even_ticks if tick > 0.0]
 
 
-def set_few_ticks(axis):
+def set_few_ticks(axis: Axis) -> None:
     """Label a logarithmic `axis` (axes.xaxis ...) by FewTicks: plain numbers, or powers of ten."""
 
-    def label(value, _):
+    def label(value: float, _: object) -> str:
         low, high = sorted(axis.get_view_interval())
         if high > 1e3 * low:
             return f"$10^{{{np.log10(value):.0f}}}$"
@@ -55,18 +73,18 @@ def set_few_ticks(axis):
 
     axis.set_major_locator(FewTicks())
     axis.set_major_formatter(label)
-    axis.set_minor_locator(LogLocator(subs=np.arange(2, 10)))
+    axis.set_minor_locator(LogLocator(subs=range(2, 10)))
     axis.set_minor_formatter(NullFormatter())
 
 
-def set_logarithmic(axes, which="xy"):
+def set_logarithmic(axes: Axes, which: Literal["x", "y", "xy"] = "xy") -> None:
     """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `set_few_ticks`."""
     axes.set(**{f"{name}scale": "log" for name in which})
     for name in which:
         set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def finish_figure(figure):
+def finish_figure(figure: Figure) -> None:
     """Label the logarithmic axes of a Figure by `set_few_ticks`, and break long labels."""
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
@@ -77,16 +95,16 @@ def finish_figure(figure):
     _break_labels(figure)
 
 
-def _break_labels(figure):
+def _break_labels(figure: Figure) -> None:
     """Break labels beside the axes that are longer than these, or than the figure."""
-    renderer, (_, height) = figure.canvas.get_renderer(), figure.get_size_inches() * figure.dpi
-    rows = max((len(figure.axes) and axes.get_gridspec().nrows for axes in figure.axes
-                if axes.get_subplotspec() is not None), default=1)  # fmt: skip
+    renderer, (_, height) = get_renderer(figure), figure.get_size_inches() * figure.dpi
+    grids = [axes.get_gridspec() for axes in figure.axes if axes.get_subplotspec() is not None]
+    rows = max((grid.nrows for grid in grids if grid is not None), default=1)
     labels = [(axes.yaxis.label, axes) for axes in figure.axes]
     long = [(label, axes) for label, axes in labels
             if label.get_window_extent(renderer).height > 0.7 * height / rows]  # fmt: skip
-    if long and figure.get_layout_engine() is not None:
-        figure.get_layout_engine().execute(figure)
+    if long:
+        lay_out(figure)
     for label, axes in long:
         axes_height = axes.get_window_extent(renderer).height
         label.set_text(
@@ -98,7 +116,7 @@ def _break_labels(figure):
         common.set_text(break_text(common.get_text(), relative_length))
 
 
-def break_text(text, relative_length):
+def break_text(text: str, relative_length: float) -> str:
     """Break a text into lines that fit; not within formulas.
 
     relative_length: of the text, over the available length.
@@ -118,12 +136,12 @@ def break_text(text, relative_length):
     return "\n".join(lines)
 
 
-def _count_letters(text):
+def _count_letters(text: str) -> int:
     """Count the letters of a text, with formulas as they are shown."""
     return len(re.sub(r"\\[A-Za-z]+", "x", re.sub(r"[${}^_]", "", text)))
 
 
-def name_stages(axes, run, per_time):
+def name_stages(axes: Axes, run: Run, per_time: float) -> None:
     """Mark the starts of the stages of a Run, and label them above the axes, on up to three lines.
 
     per_time: factor from s to the unit of the time axis. The longest stages come first; a name that
@@ -135,8 +153,8 @@ def name_stages(axes, run, per_time):
     for start in starts[1:]:
         axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
     durations = np.diff([*starts, float(run.series.time[-1]) * per_time])
-    axes.figure.get_layout_engine().execute(axes.figure)
-    occupied_boxes = []
+    lay_out(get_figure(axes))
+    occupied_boxes: list[Bbox] = []
     for n in np.argsort(-durations, kind="stable"):
         name = run.stages[int(run.parts[n].series.stage[-1])]
         for level in range(LEVELS):
@@ -144,16 +162,19 @@ def name_stages(axes, run, per_time):
                 break
 
 
-def _name_stage(axes, name, start, level, occupied_boxes):
+def _name_stage(
+    axes: Axes, name: str, start: float, level: float, occupied_boxes: list[Bbox]
+) -> bool:
     """Write a name to one side of the start of its stage, if it fits; return whether it does."""
-    renderer = axes.figure.canvas.get_renderer()
+    renderer = get_renderer(axes.figure)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         text = axes.annotate(
             name, (start, 1.0), (sign * GAP, GAP), ha=side,
             xycoords=("data", "axes fraction"), textcoords="offset points",
             fontsize="small", color="#444444", annotation_clip=False,
         )  # fmt: skip
-        text.set_position((sign * GAP, GAP + 1.25 * level * text.get_fontsize()))
+        size = float(text.get_fontsize())
+        text.set_position((sign * GAP, GAP + 1.25 * level * size))
         box = text.get_window_extent(renderer).padded(2)
         inside = axes.bbox.x0 - 1 <= box.x0 and box.x1 <= axes.bbox.x1 + 2 * box.height
         if inside and not any(box.overlaps(occupied) for occupied in occupied_boxes):

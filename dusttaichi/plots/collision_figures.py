@@ -1,6 +1,10 @@
 """Two colliding bodies: pictures before, meanwhile and after; velocities and momenta."""
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.colors import to_rgb
@@ -16,13 +20,26 @@ from dusttaichi.plots.frame_of_picture import draw_scale_bar
 from dusttaichi.plots.grain_picture import FOOT, MARGIN
 from dusttaichi.plots.spheres import Camera, compute_camera_axes, render_spheres
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
+
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.plots.grain_picture import View
+    from dusttaichi.plots.spheres import Reals
+
 WIDTH, TALLEST, DPI = 6.4, 9.0, 200
 NOTE = 0.24  # height of the time above a picture [inches]
 MOMENTA = tuple((10.0**-n, rf"$10^{{-{n}}}$") for n in (15, 18, 21, 24, 27))
 
 
 @figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
-def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
+def collision(
+    run: Run, snapshots: Sequence[int] | None = None, view: View = (0.0, 0.0, 1.0)
+) -> Figure:
     """Pictures of a run with two colliding bodies, on one scale, coloured by body.
 
     They are in a row, or in a column if they are wide.
@@ -70,17 +87,17 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     return figure
 
 
-def _compute_scale(size, abreast):
+def _compute_scale(size: Floats, abreast: int) -> float:
     """Largest scale [inches/m] of all pictures."""
     across, up = size[:, 0].max(), size[:, 1]
     if abreast:
         wide, tall = WIDTH - (len(size) + 1) * MARGIN, TALLEST - FOOT - NOTE
-        return min(wide / (len(size) * across), tall / up.max())
+        return float(min(wide / (len(size) * across), tall / up.max()))
     wide, tall = WIDTH - 2 * MARGIN, TALLEST - FOOT - len(size) * NOTE
-    return min(wide / across, tall / up.sum())
+    return float(min(wide / across, tall / up.sum()))
 
 
-def _arrange_pictures(inches, abreast):
+def _arrange_pictures(inches: Floats, abreast: int) -> tuple[Floats, Floats]:
     """Arrange pictures: (lower left corners (pictures, 2), extent of the figure (2,)) [inches]."""
     count, across, up = len(inches), inches[:, 0].max(), inches[:, 1]
     if abreast:
@@ -92,7 +109,7 @@ def _arrange_pictures(inches, abreast):
     return np.stack([np.full(count, MARGIN), FOOT + below], axis=1), extent
 
 
-def _name_bodies(figure):
+def _name_bodies(figure: Figure) -> None:
     """Draw a legend of the two bodies beside the scale bar."""
     dots = [
         Line2D([], [], linestyle="", marker="o", markersize=7, color=colour, label=name)
@@ -101,13 +118,13 @@ def _name_bodies(figure):
     figure.legend(handles=dots, loc="lower right", ncols=2, frameon=False, handletextpad=0.1)
 
 
-def _find_bounds(frame, axes):
+def _find_bounds(frame: Frame, axes: Reals) -> Floats:
     """Ends of the grains along right and up, (2, 2) [m], with a small margin."""
     seen, reach = frame.position @ axes[:2].T, 1.2 * frame.radius[:, None]
     return np.array([(seen - reach).min(axis=0), (seen + reach).max(axis=0)])
 
 
-def _aim_camera(low, high, widest, axes, scale):
+def _aim_camera(low: Floats, high: Floats, widest: float, axes: Reals, scale: float) -> Camera:
     """A Camera that sees `widest` metres about the middle of low and high along right."""
     middle = 0.5 * (low[0] + high[0])
     columns, rows = (int(np.ceil(e * scale * DPI)) for e in (widest, high[1] - low[1]))
@@ -124,7 +141,7 @@ def _aim_camera(low, high, widest, axes, scale):
     20,
     applies=lambda run: len(run.series.time) > 1 and "body_angular_momentum" in run.series,
 )
-def bodies(run):
+def bodies(run: Run) -> Figure:
     """Velocities and angular momenta of the two bodies of a run over time.
 
     Velocities along x and y; angular momenta along z: orbital, of each about its centre, total.
@@ -149,7 +166,7 @@ def bodies(run):
     style.draw_legend(speeds, ncols=2)
     angular_momenta = {"about each other": orbital}
     angular_momenta |= {f"of the {name}": momentum for name, momentum in spin.items()}
-    angular_momenta["of all"] = sum(angular_momenta.values())
+    angular_momenta["of all"] = np.sum(list(angular_momenta.values()), axis=0)
     per_unit, unit = style.choose_unit(
         max(np.abs(a).max() for a in angular_momenta.values()), MOMENTA
     )
@@ -164,7 +181,12 @@ def bodies(run):
 
 
 @style.apply_style
-def restitution(speeds, coefficients, sticking_speed=None, label="run"):
+def restitution(
+    speeds: ArrayLike,
+    coefficients: ArrayLike,
+    sticking_speed: float | None = None,
+    label: str | Sequence[str] = "run",
+) -> Figure:
     """Coefficient of restitution against the impact speed.
 
     Parameters
@@ -190,7 +212,7 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         text = rf"$\sqrt{{1-(v_s/v)^2}}$, $v_s$ = {sticking_speed:.4g} m/s"
         axes.plot(x, y, label=text, **style.line_look(style.BLACK, 1.2))
     rows = np.atleast_2d(coefficients)
-    labels = [label] if isinstance(label, str) else label
+    labels = [label] if isinstance(label, str) else list(label)
     for number, (row, text) in enumerate(zip(rows, labels, strict=True)):
         colour = style.run_style(number)["color"]
         axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
@@ -200,7 +222,7 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
     return figure
 
 
-def restitution_map(data):
+def restitution_map(data: xr.Dataset) -> Figure:
     """Coefficients of restitution of a map of `dust sticking`, a row for each of its other keys.
 
     Parameters
@@ -219,7 +241,7 @@ def restitution_map(data):
     return restitution(data.speed, rows, closed, labels if names else "simulated")
 
 
-def _format_key(name, value, data):
+def _format_key(name: str, value: Any, data: xr.Dataset) -> str:
     """Key and value of a map for a legend: the label of the key, angles in degrees."""
     word, unit = label_key(name), style.typeset(data[name].attrs.get("units", ""))
     if isinstance(value, str):

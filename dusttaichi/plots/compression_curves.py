@@ -1,5 +1,10 @@
 """Pressure, filling factor, contacts of a box (S12 Fig 4) and a cell (Kataoka et al. 2013b)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis import choose_compression_law, measure_compression_curve
@@ -16,8 +21,19 @@ from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 from dusttaichi.results.shown import PRESSURES
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-def draw_laboratory_laws(axes, pressure, drawn=(S12_STATIC,)):
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.physics.laws import CompressionLaw
+    from dusttaichi.plots.style import Look
+
+
+def draw_laboratory_laws(
+    axes: Axes, pressure: Floats, drawn: Sequence[CompressionLaw] = (S12_STATIC,)
+) -> None:
     """Draw the laws that belong to the runs: of the laboratory, and of S12 for fast walls."""
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
     bold, dash_dotted = style.line_look(style.BLACK, 1.2), (0, (5, 1, 1, 1))
@@ -38,18 +54,24 @@ def draw_laboratory_laws(axes, pressure, drawn=(S12_STATIC,)):
 LEAST = 1e-6  # of the largest pressure, down to which the axis reaches at most
 
 
-def _draw_law(axes, pressure, law, label, look):
+def _draw_law(
+    axes: Axes, pressure: Floats, law: CompressionLaw, label: str | None, look: Look
+) -> None:
     axes.plot(pressure / 1e3, law.filling_factor(pressure), label=label, **look)
 
 
-def _draw_scatter(axes, pressure, law, label):
-    phi, look = law.filling_factor(pressure), {"color": "#D9D9D9", "linewidth": 0}
-    ends = phi - EXPERIMENT_SCATTER, phi + EXPERIMENT_SCATTER
-    axes.fill_between(pressure / 1e3, *ends, label=label, **look)
+def _draw_scatter(axes: Axes, pressure: Floats, law: CompressionLaw, label: str | None) -> None:
+    phi = law.filling_factor(pressure)
+    low, high = phi - EXPERIMENT_SCATTER, phi + EXPERIMENT_SCATTER
+    axes.fill_between(pressure / 1e3, low, high, label=label, color="#D9D9D9", linewidth=0)
 
 
 @figure("Filling factor against pressure", 40, applies=lambda run: run.compresses, together=True)
-def compression(runs, labels=None, laws=()):
+def compression(
+    runs: Run | Sequence[Run],
+    labels: Sequence[str] | None = None,
+    laws: Sequence[CompressionLaw] = (),
+) -> Figure:
     """Filling factor against pressure on the top wall for one run or several.
 
     The laws behind are those of `analysis.choose_compression_law`: the laboratory's,
@@ -100,7 +122,7 @@ def compression(runs, labels=None, laws=()):
 
 
 @figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
-def isotropic(runs, labels=None):
+def isotropic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
     Lines are (E_roll/r^3) phi^3 (T19 eq 9) for each material, and, dashed, the laws of extensions;
@@ -142,7 +164,7 @@ def isotropic(runs, labels=None):
     return figure
 
 
-def _limit_pressures(axes, pressure):
+def _limit_pressures(axes: Axes, pressure: Floats) -> None:
     """Limit the axis from below: fluctuations about zero pressure reach down to any power."""
     if len(pressure):
         lowest = max(np.min(pressure[pressure > 0], initial=np.inf), LEAST * pressure.max())
@@ -150,7 +172,7 @@ def _limit_pressures(axes, pressure):
 
 
 @figure("Contacts", 60, applies=lambda run: run.compresses or run.shrinks)
-def coordination(runs, labels=None):
+def coordination(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Mean number of contacts per grain against filling factor, for one run or several.
 
     Raises

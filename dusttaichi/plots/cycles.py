@@ -1,10 +1,22 @@
 """Loading and unloading: pressure against filling factor, and the unloading moduli."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis.cycles import compute_pressure, measure_unloadings
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.cycles import Unloading
+    from dusttaichi.analysis.run import Run
 
 LEAST = 1e-4  # lower end of the axis, over the largest pressure
 LINEAR = 1e-2  # with tension the axis is linear below the decade of this share of the pressure
@@ -17,7 +29,7 @@ LOOKS = {
 
 
 @figure("Loading and unloading", 70, applies=lambda run: run.unloads)
-def cycles(run):
+def cycles(run: Run) -> Figure:
     """Filling factor against pressure of all stages of a run, and the unloading moduli.
 
     Below, the modulus of every stage that unloads against its filling factor.
@@ -40,7 +52,7 @@ def cycles(run):
     return figure
 
 
-def _draw_path(axes, run):
+def _draw_path(axes: Axes, run: Run) -> None:
     """Draw filling factor against pressure of all records of a Run, a line for each stage."""
     branches = {
         segment.stage_name: "pulling"
@@ -78,7 +90,7 @@ def _draw_path(axes, run):
     )
 
 
-def _draw_moduli(axes, measured):
+def _draw_moduli(axes: Axes, measured: Sequence[Unloading]) -> None:
     """Draw the modulus of unloadings that have one against their filling factor."""
     scale, unit = style.choose_unit(
         max(unloading.modulus for unloading in measured), style.PRESSURES

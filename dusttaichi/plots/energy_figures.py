@@ -1,5 +1,10 @@
 """Energies of a run with their losses by channel, and kinetic energies of several runs."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis import compute_ledger as ledger_of
@@ -8,11 +13,17 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+
 SHOWN = 1e-5  # smallest residual shown, over the largest
 
 
 @figure("Energy", 10, applies=lambda run: len(run.series.time) > 1 and "loss" in run.series)
-def ledger(run):
+def ledger(run: Run) -> Figure:
     """Losses by channel (stacked), work and residual of a Run over time.
 
     The sum of the losses must follow the dashed line, the work less the stored energy. The lower
@@ -61,7 +72,7 @@ def ledger(run):
 
 
 @figure("Losses by channel", 112, applies=lambda run: run.stretches)
-def losses(run):
+def losses(run: Run) -> Figure:
     """Energy lost by channel against filling factor, since the start of the stage that stretches.
 
     In a run that is stretched a line marks the largest stress.
@@ -94,13 +105,15 @@ def losses(run):
     return figure
 
 
-def _select_moving(runs, figure_names):
+def _select_moving(runs: Sequence[Run], figure_names: Sequence[str]) -> list[Run]:
     """All of several Runs, where they collide, or have nothing else in common."""
-    return runs if len(runs) > 1 and (all(r.collides for r in runs) or not figure_names) else []
+    return (
+        list(runs) if len(runs) > 1 and (all(r.collides for r in runs) or not figure_names) else []
+    )
 
 
 @figure("Kinetic energy", 1000, together=_select_moving, optional=True)
-def kinetic(runs, labels=None):
+def kinetic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Kinetic energy over its largest value against time, for several runs of any kind.
 
     Raises
@@ -124,7 +137,7 @@ def kinetic(runs, labels=None):
     return figure
 
 
-def _sum_kinetic(run):
+def _sum_kinetic(run: Run) -> Floats | None:
     energies = [run.series[n].values for n in run.series if str(n).startswith("kinetic")]
     total = np.sum(energies, axis=0) if energies else np.zeros(0)
     return total if total.ndim == 1 and len(total) and total.max() > 0.0 else None

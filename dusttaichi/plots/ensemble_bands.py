@@ -1,6 +1,10 @@
 """Means of ensembles with their scatter, a band for each point of a sweep."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,12 +15,21 @@ from dusttaichi.plots import style
 from dusttaichi.plots.compression_curves import draw_laboratory_laws
 from dusttaichi.results.variables import COMMON
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.ensemble_tables import Band
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.plots.style import Look
+
 MOST = 12  # bands in one figure
 FAINT = "#C4C8CE"
 
 
 @style.apply_style
-def ensemble(data):
+def ensemble(data: xr.Dataset) -> Figure:
     """The figure of a dataset of `analysis.gather`: mean, and a band of one standard deviation.
 
     The compression curve where the filling factor grows under a top wall; of runs with stages that
@@ -37,7 +50,7 @@ def ensemble(data):
 
 
 @style.apply_style
-def points(data):
+def points(data: xr.Dataset) -> Figure | None:
     """The curves of `ensemble`, each in a panel with the others faint in the background.
 
     Curves are the points of a sweep or the replicas of an ensemble, at most 12, evenly spaced. None
@@ -52,7 +65,7 @@ def points(data):
         _set_frame(panel, curves, labels=False)
         for background in drawn_bands:
             if background is not band:
-                look = {"color": FAINT, "linewidth": 0.7, "zorder": 1.5}
+                look: Look = {"color": FAINT, "linewidth": 0.7, "zorder": 1.5}
                 panel.plot(*_scale_line(curves, background), label="_", **look)
         _draw_band(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
         panel.set_title(
@@ -72,7 +85,7 @@ class _Curves:
     is the vertical axis; else None.
     """
 
-    bands: list
+    bands: list[Band]
     x_text: str
     y_text: str
     per_x: float = 1.0
@@ -80,7 +93,7 @@ class _Curves:
     law: CompressionLaw | None = None
 
 
-def _collect_curves(data, apart=False):
+def _collect_curves(data: xr.Dataset, apart: bool = False) -> _Curves:
     """The _Curves of a dataset. apart: a band for each replica instead of one for all."""
     x = data.attrs["coordinate"]
     phi = r"filling factor $\phi$"
@@ -101,10 +114,11 @@ def _collect_curves(data, apart=False):
     return _Curves(curve_bands, f"time ({x_unit})", text, per_x, per_y)
 
 
-PRESSURES = ((1e9, "GPa"), *style.PRESSURES)
+Units = Sequence[tuple[float, str]]  # sizes of units with their names, the largest first
+PRESSURES: Units = ((1e9, "GPa"), *style.PRESSURES)
 
 
-def _choose_variable(data, apart):
+def _choose_variable(data: xr.Dataset, apart: bool) -> tuple[list[Band], str, Units]:
     """Choose the first variable that is not 0: (its bands, label, units of the axis)."""
     for name, text, units, options in (
         ("stress", "stress along {axis}, positive in tension", PRESSURES, _list_components(data)),
@@ -125,22 +139,22 @@ def _choose_variable(data, apart):
                 text.format(**largest_selection),
                 units,
             )
-    along = [n for n in data.data_vars if data.attrs["coordinate"] in data[n].dims]
+    along = [str(n) for n in data.data_vars if data.attrs["coordinate"] in data[n].dims]
     name = next((n for n in along if n not in COMMON), along[0])
     unit = data[name].attrs.get("units", "").removeprefix("1")
     return _compute_bands(data, apart, name), data[name].long_name, ((1.0, unit),)
 
 
-def _largest_mean(values):
+def _largest_mean(values: xr.DataArray) -> float:
     """Largest size of the mean over the runs."""
-    return float(np.abs(values.mean("replica")).max(skipna=True))
+    return float(abs(values.mean("replica")).max(skipna=True))
 
 
-def _list_components(data):
+def _list_components(data: xr.Dataset) -> list[dict[str, Any]]:
     return [{"xyz": a, "axis": a} for a in "xyz"] if "axis" in data else []
 
 
-def _list_moving_bodies(data):
+def _list_moving_bodies(data: xr.Dataset) -> list[dict[str, Any]]:
     """Selections of the rigid bodies that move."""
     if "rigid" not in data.dims or "body_position" not in data:
         return []
@@ -151,7 +165,7 @@ def _list_moving_bodies(data):
     return [{"rigid": str(name), "xyz": "z"} for name in moving]
 
 
-def _compute_bands(data, apart, name, **selected):
+def _compute_bands(data: xr.Dataset, apart: bool, name: str, **selected: Any) -> list[Band]:
     if not apart:
         return bands(data, name, **selected)
     bands_by_replica = [
@@ -164,7 +178,7 @@ def _compute_bands(data, apart, name, **selected):
     ]
 
 
-def _set_frame(axes, curves, labels=True):
+def _set_frame(axes: Axes, curves: _Curves, labels: bool = True) -> None:
     """Set scales, limits and labels of the axes, and draw the law of the laboratory."""
     if curves.law is not None:
         draw_laboratory_laws(axes, np.logspace(1, 7, 301), (curves.law,))
@@ -177,7 +191,7 @@ def _set_frame(axes, curves, labels=True):
         axes.set(xlabel=curves.x_text, ylabel=curves.y_text)
 
 
-def _scale_line(curves, band):
+def _scale_line(curves: _Curves, band: Band) -> tuple[Floats, Floats]:
     """(x, y) of the mean of a Band in the units of the axes."""
     if curves.law is None:
         return band.x * curves.per_x, band.mean * curves.per_y
@@ -185,28 +199,28 @@ def _scale_line(curves, band):
     return np.where(kpa > 0, kpa, np.nan), band.x
 
 
-def _draw_band(axes, curves, band, look, label):
+def _draw_band(axes: Axes, curves: _Curves, band: Band, look: Look, label: str) -> None:
     """Draw the mean of a Band, and its scatter."""
     axes.plot(*_scale_line(curves, band), label=label, **look)
-    faint = {"color": look["color"], "alpha": 0.25, "linewidth": 0}
+    faint: Look = {"color": look["color"], "alpha": 0.25, "linewidth": 0}
     low, high = band.mean - band.std, band.mean + band.std
     if curves.law is None:
         x, low, high = band.x * curves.per_x, low * curves.per_y, high * curves.per_y
         axes.fill_between(x, low, high, **faint)
         return
     # a logarithmic axis has no place for a pressure of 0
-    ends = [np.where(low > 0, end * curves.per_x, np.nan) for end in (low, high)]
-    axes.fill_betweenx(band.x, *ends, **faint)
+    left, right = (np.where(low > 0, end * curves.per_x, np.nan) for end in (low, high))
+    axes.fill_betweenx(band.x, left, right, **faint)
 
 
-def _thin_bands(all_bands):
+def _thin_bands(all_bands: Sequence[Band]) -> list[Band]:
     """At most MOST of the bands, evenly."""
     if len(all_bands) <= MOST:
-        return all_bands
+        return list(all_bands)
     return [all_bands[i] for i in np.linspace(0, len(all_bands) - 1, MOST).round().astype(int)]
 
 
-def _label_band(band):
+def _label_band(band: Band) -> str:
     if band.label:
         return style.typeset(band.label)
     scatter = " ± standard deviation" if band.replicas > 1 else ""

@@ -1,9 +1,21 @@
 """The map of `dust extremes`: result of every cell, and estimated against measured limit."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from matplotlib.patches import Patch, Rectangle
 
 from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, apply_style, create_canvas
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.plots.style import Look
 
 COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
@@ -12,7 +24,7 @@ ABREAST = 56  # letters of the column names that fit horizontally
 
 
 @apply_style
-def extremes(data):
+def extremes(data: xr.Dataset) -> Figure:
     """Figure of a map, the dataset of extremes.results: a panel a group.
 
     Colours are verdicts; the shade of a stable cell, and the number in it, is the power of ten of
@@ -24,7 +36,7 @@ def extremes(data):
     left_panels, right_panels = _split_columns(heights)
     tallest = max(sum(heights[n] for n in numbers) for numbers in (left_panels, right_panels))
     figure = create_canvas(11.5, 0.19 * tallest + 0.9, layout="constrained")
-    halves = figure.subfigures(1, 2, wspace=0.03)
+    halves: Any = figure.subfigures(1, 2, wspace=0.03)  # two of them
     for half, members in zip(halves, (left_panels, right_panels), strict=True):
         axes = half.subplots(
             len(members), 1, squeeze=False, height_ratios=[heights[n] for n in members]
@@ -40,7 +52,7 @@ def extremes(data):
     return figure
 
 
-def _split_columns(heights):
+def _split_columns(heights: Sequence[float]) -> tuple[list[int], list[int]]:
     """Numbers of the panels of two columns of about the same height, in their order."""
     total, half = sum(heights), 0.0
     for n, height in enumerate(heights):
@@ -50,11 +62,11 @@ def _split_columns(heights):
     return list(range(len(heights) - 1)), [len(heights) - 1]
 
 
-def _list_values(cells, name):
+def _list_values(cells: xr.Dataset, name: str) -> list[str]:
     return list(dict.fromkeys(cells[name].values.tolist()))
 
 
-def _draw_cells(axes, cells, title):
+def _draw_cells(axes: Axes, cells: xr.Dataset, title: str) -> None:
     rows, columns = _list_values(cells, "row"), _list_values(cells, "column")
     if all(_is_number(c) for c in columns):
         columns.sort(key=float)
@@ -85,7 +97,7 @@ def _draw_cells(axes, cells, title):
         side.set_visible(False)
 
 
-def _is_number(text):
+def _is_number(text: str) -> bool:
     try:
         float(text)
     except ValueError:
@@ -93,7 +105,7 @@ def _is_number(text):
     return True
 
 
-def _draw_limits(axes, data, groups):
+def _draw_limits(axes: Axes, data: xr.Dataset, groups: Sequence[str]) -> None:
     """Draw the estimated over the measured limit against the measured one."""
     markers = "osD^v<>Ph"
     axes.axhspan(1.0 - BAND, 1.0 + BAND, color=BLUE, alpha=0.12, linewidth=0)
@@ -102,7 +114,7 @@ def _draw_limits(axes, data, groups):
     for n, group in enumerate(groups):
         of_group = measured & (data.group.values == group)
         if of_group.any():
-            line_style = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
+            line_style: Look = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
             axes.plot(
                 data.measured.values[of_group],
                 data.ratio.values[of_group],

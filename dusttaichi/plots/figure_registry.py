@@ -1,12 +1,14 @@
 """The registry of figures: its rows, drawing all figures of a run, and pictures of snapshots."""
 
+from __future__ import annotations
+
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from dusttaichi import method
 from dusttaichi.analysis.kind import explain_draft
@@ -16,11 +18,21 @@ from dusttaichi.method import attribute
 from dusttaichi.plots.style import GREY, apply_style
 from dusttaichi.results.shown import FIGURES
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure as MplFigure
 
-def select_in_common(applies):
+    from dusttaichi.analysis.numbers.number_registry import Statistics
+    from dusttaichi.analysis.run import Run
+
+P = ParamSpec("P")
+DrawnFigure = TypeVar("DrawnFigure", bound="MplFigure | None")
+
+
+def select_in_common(applies: Callable[[Run], bool]) -> Callable[..., list[Run]]:
     """Make the rule for a figure of several Runs: all to which it applies, if two or more."""
 
-    def select_runs(runs, figure_names=()):
+    def select_runs(runs: Sequence[Run], figure_names: Sequence[str] = ()) -> list[Run]:
         shown_runs = [run for run in runs if applies(run)]
         return shown_runs if len(shown_runs) > 1 else []
 
@@ -34,15 +46,15 @@ class Figure:
     name: str  #: Name of its file.
     title: str  #: Title in the report.
     #: Function from a Run, with `together` also from a list of Runs, to a matplotlib Figure.
-    draw: Callable[..., Any]
+    draw: Callable[..., MplFigure | None]
     #: Function that is True for a Run that the figure shows.
     applies: Callable[[Any], bool] = lambda run: True
     #: Function from several Runs, and the names of their figures so far, to those in one figure.
-    together: Callable[..., list] | None = None
+    together: Callable[..., list[Run]] | None = None
     optional: bool = False  #: True if a DustError of `draw` means that there is nothing to show.
     order: float = 500.0  #: Position in the order of figures.
 
-    def draw_or_skip(self, runs):
+    def draw_or_skip(self, runs: Run | Sequence[Run]) -> MplFigure | None:
         """Draw a run or several: a matplotlib Figure, or None if there is nothing to show."""
         try:
             return self.draw(runs)
@@ -52,7 +64,19 @@ class Figure:
             raise
 
 
-def figure(title, order=500, *, applies=None, name="", together=False, optional=False):
+Drawn = tuple[Figure, "MplFigure | None", str]  # a row, what it drew, or why it could not
+Row = TypeVar("Row")
+
+
+def figure(
+    title: str,
+    order: float = 500,
+    *,
+    applies: Callable[[Run], bool] | None = None,
+    name: str = "",
+    together: bool | Callable[..., list[Run]] = False,
+    optional: bool = False,
+) -> Callable[[Callable[P, DrawnFigure]], Callable[P, DrawnFigure]]:
     """Register a drawing function as a figure (decorator).
 
     Parameters
@@ -79,10 +103,10 @@ def figure(title, order=500, *, applies=None, name="", together=False, optional=
     if applies is None:
         applies = (lambda run: False) if together else (lambda run: True)
 
-    def register_function(function):
+    def register_function(function: Callable[P, DrawnFigure]) -> Callable[P, DrawnFigure]:
         function.__doc__ = _document_labels(function)
         drawn = apply_style(function)
-        drawn.row = Figure(
+        drawn.__dict__["row"] = Figure(
             name=name or function.__name__,
             title=title,
             draw=drawn,
@@ -102,7 +126,7 @@ labels : list of str, optional
 """
 
 
-def _document_labels(function):
+def _document_labels(function: Callable[..., object]) -> str:
     """Docstring of a drawing function with its parameters `runs` and `labels`, if it has them."""
     text, heading = inspect.cleandoc(function.__doc__ or ""), "Parameters\n----------\n"
     if not {"runs", "labels"} <= set(inspect.signature(function).parameters) or "labels :" in text:
@@ -136,16 +160,16 @@ def list_figures(of_method: method.Method | None = None) -> list[Figure]:
     return sorted([*_find_built_in(), *FIGURES.values(), *method_rows], key=lambda row: row.order)
 
 
-def mark_draft(figure, run):
+def mark_draft(figure: MplFigure | None, run: Run) -> MplFigure | None:
     """Mark a matplotlib Figure, which may be None, if the Run is a draft; return it."""
     text = explain_draft(run.scene)
     if figure is not None and text:
-        text_style = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
+        text_style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
         figure.text(0.995, 0.005, text, **text_style)
     return figure
 
 
-def draw_run(run):
+def draw_run(run: Run) -> Iterator[Drawn]:
     """Draw every figure of a run; an error of one does not affect the others.
 
     Returns
@@ -159,7 +183,9 @@ def draw_run(run):
     )
 
 
-def _draw_rows(rows, draw):
+def _draw_rows(
+    rows: Iterable[Row], draw: Callable[[Row], MplFigure | None]
+) -> Iterator[tuple[Row, MplFigure | None, str]]:
     for row in rows:
         try:
             drawing, problem = draw(row), ""
@@ -169,11 +195,12 @@ def _draw_rows(rows, draw):
             yield row, drawing, problem
 
 
-def draw_runs(runs):
+def draw_runs(runs: Sequence[Run]) -> Iterator[Drawn]:
     """Draw the figures of several runs together, as in `draw_run`."""
-    rows, names = {row.name: row for run in runs for row in list_figures(run.method)}, []
+    rows = {row.name: row for run in runs for row in list_figures(run.method)}
+    names: list[str] = []
 
-    def draw(row):
+    def draw(row: Figure) -> MplFigure | None:
         shown_runs = [] if row.together is None else row.together(runs, names)
         return row.draw_or_skip(shown_runs) if shown_runs else None
 
@@ -182,12 +209,18 @@ def draw_runs(runs):
         yield result
 
 
-def draw_statistics(data):
+def draw_statistics(data: xr.Dataset) -> Iterator[tuple[Statistics, MplFigure | None, str]]:
     """Draw the figures of the Statistics of a dataset of `analysis.gather`, as in `draw_run`."""
     return _draw_rows(statistics(), lambda row: row.draw(data))
 
 
-def find_figures(name):
+def get_row(function: Callable[..., MplFigure | None]) -> Figure:
+    """The row of a drawing function in the registry."""
+    row: Figure = function.__dict__["row"]
+    return row
+
+
+def find_figures(name: str) -> dict[str, Callable[..., MplFigure | None]]:
     """Find the drawing functions in the modules of a package of figures, by their names."""
     modules = pkgutil.iter_modules(import_module(name).__path__)
     module_names = [f"{name}.{info.name}" for info in modules if not info.ispkg]
@@ -198,8 +231,8 @@ def find_figures(name):
 
 
 @cache
-def _find_built_in():
-    return tuple(function.row for function in find_figures("dusttaichi.plots").values())
+def _find_built_in() -> tuple[Figure, ...]:
+    return tuple(get_row(function) for function in find_figures("dusttaichi.plots").values())
 
 
 @dataclass(frozen=True)
@@ -216,9 +249,9 @@ class Picture:
     film: Callable[..., Iterator[Any]]
 
 
-def picture_of(run) -> Picture:
+def picture_of(run: Run) -> Picture:
     """The Picture of the method of a Run. Raises DustError where it has none."""
-    picture = attribute(run.method.picture)
+    picture: Picture | None = attribute(run.method.picture)
     if picture is None:
         raise DustError(f"{run.path}: there are no pictures of method: {run.method.name}.")
     return picture

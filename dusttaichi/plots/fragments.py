@@ -1,5 +1,10 @@
 """Fragments: their mass spectrum, and the fractal dimension of one of them."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis import compute_mass_spectrum as spectrum_of
@@ -7,11 +12,19 @@ from dusttaichi.analysis import find_fragments as fragments_of
 from dusttaichi.analysis.fragments import fit_fragment_dimension as dimension_of
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
-from dusttaichi.plots.structure import has_structure
+from dusttaichi.plots.structure import has_box, has_structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.fragments import MassSpectrum
+    from dusttaichi.analysis.run import Run
 
 
 @style.apply_style
-def mass_spectrum(spectra, labels=None):
+def mass_spectrum(
+    spectra: MassSpectrum | Sequence[MassSpectrum], labels: Sequence[str] | None = None
+) -> Figure:
     """Number of fragments of at least a mass against that mass.
 
     Masses are shares of the mass of all fragments, drawn as steps.
@@ -22,25 +35,25 @@ def mass_spectrum(spectra, labels=None):
     labels : list of str, optional
         One for each.
     """
-    spectra = list(spectra) if isinstance(spectra, (list, tuple)) else [spectra]
-    labels = [None] * len(spectra) if labels is None else list(labels)
+    spectra = list(spectra) if isinstance(spectra, Sequence) else [spectra]
+    texts = [""] * len(spectra) if labels is None else list(labels)
     figure, (axes,) = style.create_figure(height=3.4)
-    for number, (spectrum, label) in enumerate(zip(spectra, labels, strict=True)):
+    for number, (spectrum, label) in enumerate(zip(spectra, texts, strict=True)):
         # the count holds from below its mass to it
         mass = np.concatenate([spectrum.mass[:1] * 0.8, spectrum.mass]) / spectrum.mass.sum()
         count = np.concatenate([spectrum.count[:1], spectrum.count])
-        axes.step(mass, count, where="pre", label=label, **style.run_style(number))
+        axes.step(mass, count, where="pre", label=label or None, **style.run_style(number))
         axes.plot(mass[-1], count[-1], "o", ms=4, color=style.run_style(number)["color"])
     style.set_logarithmic(axes)
     axes.set_ylim(0.8, None)
     axes.set(xlabel="mass of the fragment / total mass", ylabel="fragments of at least this mass")
-    if any(labels):
+    if any(texts):
         style.draw_legend(axes)
     return figure
 
 
 @figure("Mass spectrum of the fragments", 31, applies=lambda run: run.collides)
-def fragments(run):
+def fragments(run: Run) -> Figure:
     """Mass spectrum of the fragments of a run that `collides`, in its first and last snapshot."""
     spectra = [spectrum_of(fragments_of(run, snapshot)) for snapshot in (0, -1)]
     return mass_spectrum(spectra, ["before", "after"])
@@ -49,10 +62,10 @@ def fragments(run):
 @figure(
     "Fractal dimension of the largest fragment",
     132,
-    applies=lambda run: has_structure(run) and "box" not in run.tree["snapshots"],
+    applies=lambda run: has_structure(run) and not has_box(run),
     optional=True,
 )
-def fragment_dimension(run, snapshot=-1, fragment=0):
+def fragment_dimension(run: Run, snapshot: int = -1, fragment: int = 0) -> Figure:
     """N(<R) of a fragment, with the line whose slope is its fractal dimension.
 
     Parameters

@@ -1,12 +1,23 @@
 """Frame of a picture of grains: the edges of the cell, and a scale bar."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.plots import style
 from dusttaichi.plots.spheres import Lines
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def find_cell_edges(frame):
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.physics.geometry import Floats
+
+
+def find_cell_edges(frame: Frame) -> tuple[Floats, NDArray[np.bool_]]:
     """Edges of the present faces: ends (L, 2, 3) [m], and which are dashed (L,).
 
     A face without a neighbour ends where the grains end. Edges of periodic faces alone are dashed.
@@ -33,20 +44,20 @@ def find_cell_edges(frame):
     return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
 
 
-def make_cell_lines(frame, dpi):
+def make_cell_lines(frame: Frame, dpi: int) -> Lines | None:
     """The edges of the cell as Lines of half a point, or None."""
     segments, dashed = find_cell_edges(frame)
     return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
 
 
-def round_length(largest):
+def round_length(largest: float) -> float:
     """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
     power = 10.0 ** np.floor(np.log10(largest))
     # with a tolerance for rounding
     return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
 
 
-def draw_scale_bar(figure, widest, scale, margin, foot):
+def draw_scale_bar(figure: Figure, widest: float, scale: float, margin: float, foot: float) -> None:
     """Draw a bar of a round length below the picture, at its left.
 
     widest [m]: width of the picture; scale [inches/m]; margin, foot: on the left and below

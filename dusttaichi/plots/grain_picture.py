@@ -1,10 +1,15 @@
 """A picture of the grains of a snapshot: shaded spheres, the cell, a scale bar, a colour bar."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.analysis.fragments import Fragments, find_fragments, find_frame_fragments
 from dusttaichi.analysis.frame import count_frames, read_frame, read_grain_masses
@@ -21,6 +26,17 @@ from dusttaichi.plots.colouring import (
 from dusttaichi.plots.figure_registry import Picture
 from dusttaichi.plots.frame_of_picture import draw_scale_bar, find_cell_edges, make_cell_lines
 from dusttaichi.plots.spheres import Camera, compute_camera_axes, render_spheres
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.plots.spheres import Reals
+
+Colour = str | ArrayLike  # a name of COLOURS, or numbers, (N,)
+View = str | Sequence[float]  # a name of VIEWS, or a direction
 
 VIEWS = {
     "oblique": (-0.5, -1.0, 0.42),
@@ -43,20 +59,28 @@ SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
 class Appearance:
     """Appearance of frames, the same for a whole film. limits: of the colours, see `grains`."""
 
-    color: object
-    view: tuple
-    limits: tuple | None
+    color: Colour
+    view: tuple[float, ...]
+    limits: tuple[float, float] | None
     label: str
     cell: bool
-    bounds: np.ndarray  # (2, 2) [m]: ends along right and up
+    bounds: Floats  # (2, 2) [m]: ends along right and up
     dpi: int
-    bodies: Fragments | np.ndarray | None = None  # of number_bodies, for that colour
+    bodies: Fragments | NDArray[np.integer] | None = None  # of number_bodies, for that colour
 
 
 @style.apply_style
 def grains(
-    run, snapshot=-1, color=USUAL, view="oblique", *, limits=None, label=None, cell=True, dpi=300
-):
+    run: Run,
+    snapshot: int = -1,
+    color: Colour = USUAL,
+    view: View = "oblique",
+    *,
+    limits: tuple[float, float] | None = None,
+    label: str | None = None,
+    cell: bool = True,
+    dpi: int = 300,
+) -> Figure:
     """The grains of a snapshot as shaded spheres, in parallel projection.
 
     Parameters
@@ -98,7 +122,7 @@ def grains(
     return draw_frame(frame, appearance, masses)
 
 
-def number_bodies(run, color):
+def number_bodies(run: Run, color: Colour) -> Fragments | NDArray[np.intp] | None:
     """Bodies for that colour: of a collision the numbers of the bodies of the grains, (N,).
 
     Else the Fragments of the first snapshot; None for another colour.
@@ -107,14 +131,23 @@ def number_bodies(run, color):
         return None
     if not run.collides:
         return find_fragments(run, 0)
-    number = np.zeros(run.grains, int)
-    number[run.bodies()[1]] = 1
+    target, projectile = run.bodies()
+    number = np.zeros(len(target) + len(projectile), np.intp)
+    number[projectile] = 1
     return number
 
 
 def choose_appearance(
-    frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None
-):
+    frames: Sequence[Frame],
+    color: Colour,
+    view: View,
+    *,
+    limits: tuple[float, float] | None = None,
+    label: str | None = None,
+    cell: bool = True,
+    dpi: int = 300,
+    bodies: Fragments | NDArray[np.intp] | None = None,
+) -> Appearance:
     """The Appearance for all of `frames`: common colours and bounds. bodies: of `number_bodies`."""
     view = parse_direction(view)
     if isinstance(color, str) and color not in COLOURS:
@@ -122,13 +155,14 @@ def choose_appearance(
     low, high = zip(
         *(_find_extent(frame, compute_camera_axes(view), cell) for frame in frames), strict=True
     )
-    if limits is None and None not in (ends := [_find_limits(frame, color) for frame in frames]):
+    ends = [pair for frame in frames if (pair := _find_limits(frame, color)) is not None]
+    if limits is None and ends:
         limits = (min(first for first, _ in ends), max(last for _, last in ends))
     bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
     return Appearance(color, view, limits, label or "", cell, bounds, dpi, bodies)
 
 
-def parse_direction(view):
+def parse_direction(view: View) -> tuple[float, ...]:
     """A direction (3,) from a name of VIEWS, or three numbers, also as text "1,0,0.5"."""
     if isinstance(view, str) and view in VIEWS:
         return VIEWS[view]
@@ -145,7 +179,9 @@ def parse_direction(view):
 
 
 @style.apply_style
-def draw_frame(frame, appearance, masses=None, note=None):
+def draw_frame(
+    frame: Frame, appearance: Appearance, masses: Floats | None = None, note: str | None = None
+) -> Figure:
     """Draw a Frame as a Figure with an Appearance. note: text at the top left.
 
     masses: of the grains [kg], (N,), for the colours of fragments.
@@ -177,7 +213,7 @@ def draw_frame(frame, appearance, masses=None, note=None):
     return figure
 
 
-def _aim_camera(appearance, bar, head):
+def _aim_camera(appearance: Appearance, bar: float, head: float) -> tuple[Camera, Floats]:
     """Camera of an Appearance, and width and height of the figure [inches].
 
     bar, head: width of the colour bar, margin above the picture [inches].
@@ -195,7 +231,7 @@ def _aim_camera(appearance, bar, head):
     return camera, np.ceil(inches * appearance.dpi) / appearance.dpi
 
 
-def _find_extent(frame, axes, cell):
+def _find_extent(frame: Frame, axes: Reals, cell: bool) -> Floats:
     """Ends of the drawn objects along right and up, (2, 2) [m], with a small margin."""
     centres, radius = frame.position, frame.radius[:, None]
     if frame.sphere is not None:
@@ -213,7 +249,7 @@ def _find_extent(frame, axes, cell):
     return np.array([low - margin, high + margin])
 
 
-def _colour_values(frame, color):
+def _colour_values(frame: Frame, color: Colour) -> Floats | None:
     """Numbers to colour by, (N,) SI, of a continuous scale; None for other colours."""
     if not isinstance(color, str):
         values = np.asarray(color, dtype=float)
@@ -224,11 +260,13 @@ def _colour_values(frame, color):
             )
         return values
     if color == "speed":
-        return np.linalg.norm(frame.velocity, axis=1)
-    return frame.position[:, 2] if color == "height" else None
+        speeds: Floats = np.linalg.norm(frame.velocity, axis=1)
+        return speeds
+    heights: Floats = frame.position[:, 2]
+    return heights if color == "height" else None
 
 
-def _find_limits(frame, color):
+def _find_limits(frame: Frame, color: Colour) -> tuple[float, float] | None:
     if isinstance(color, str) and color == "coordination":
         return 0, int(frame.coordination.max())
     values = _colour_values(frame, color)
@@ -240,19 +278,19 @@ def _find_limits(frame, color):
     return float(values.min()), float(values.max())
 
 
-def colour_grains(frame, appearance, masses):
+def colour_grains(frame: Frame, appearance: Appearance, masses: Floats | None) -> Colouring:
     """The Colouring of the grains of a Frame; masses [kg] (N,): only of colour by fragment."""
-    color = appearance.color
+    color, (low, high) = appearance.color, appearance.limits or (0.0, 0.0)
     if isinstance(color, str):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
-        if color == "fragment":
+        if color == "fragment" and masses is not None:
             return colour_by_fragment(find_frame_fragments(frame, masses), "grains of the fragment")
-        if color == "body":
+        if color == "body" and appearance.bodies is not None:
             return colour_by_body(appearance.bodies)
         if color == "coordination":
-            return colour_by_number(frame.coordination, int(appearance.limits[1]))
-    values, (low, high) = _colour_values(frame, color), appearance.limits
+            return colour_by_number(frame.coordination, int(high))
+    values = np.asarray(_colour_values(frame, color))
     factor, label = 1.0, appearance.label
     if isinstance(color, str):
         units = SPEEDS if color == "speed" else style.LENGTHS
@@ -266,7 +304,9 @@ def colour_grains(frame, appearance, masses):
     )
 
 
-def _draw_film(run, color, view, *, cell, dpi):
+def _draw_film(
+    run: Run, color: Colour | None, view: View, *, cell: bool, dpi: int
+) -> Iterator[Figure]:
     """Figures of the snapshots of a run of grains, one after another."""
     color, frames = color or USUAL, [read_frame(run, n) for n in range(count_frames(run))]
     masses = read_grain_masses(run) if color == "fragment" else None
@@ -279,7 +319,7 @@ def _draw_film(run, color, view, *, cell, dpi):
         )
 
 
-def _format_filling_factor(run, frame):
+def _format_filling_factor(run: Run, frame: Frame) -> str:
     """The filling factor at the time of a frame, where the run has one."""
     series = run.series
     if "filling_factor" not in series or not len(series.time):

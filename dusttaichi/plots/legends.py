@@ -1,27 +1,51 @@
 """Legends that hide no curve."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import StepPatch
+from numpy.typing import NDArray
 
-_limits = WeakKeyDictionary()  # of the y axes that were lengthened for a legend
+from dusttaichi.plots.canvas import get_figure, get_renderer, lay_out
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.transforms import Bbox, BboxBase
+
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.plots.axes import Which
+
+_limits: WeakKeyDictionary[Axes, tuple[float, float]] = (
+    WeakKeyDictionary()
+)  # of the y axes that were lengthened for a legend
 
 
-def draw_legend(axes, handles=None, labels=None, *, title=None, ncols=1):
+def draw_legend(
+    axes: Axes,
+    handles: Sequence[Any] | None = None,
+    labels: Sequence[str] | None = None,
+    *,
+    title: str | None = None,
+    ncols: int = 1,
+) -> None:
     """Draw the legend of an Axes: inside where it hides nothing; else below the figure.
 
     In a figure of several Axes above the curves, for which the y axis becomes longer.
     """
-    if handles is None:
+    if handles is None or labels is None:
         handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
     inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
-    figure = axes.figure
-    figure.get_layout_engine().execute(figure)
-    box = inside.get_window_extent(figure.canvas.get_renderer())
+    figure = get_figure(axes)
+    lay_out(figure)
+    box = inside.get_window_extent(get_renderer(figure))
     if not _hides_curve(box, axes):
         return
     inside.remove()
@@ -32,12 +56,12 @@ def draw_legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     longest = max([len(text) for text in labels])
     columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
     below = figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
-    figure.get_layout_engine().execute(figure)
-    tall = below.get_window_extent(figure.canvas.get_renderer()).height / figure.dpi
+    lay_out(figure)
+    tall = below.get_window_extent(get_renderer(figure)).height / figure.dpi
     figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
 
 
-def _hides_curve(box, axes):
+def _hides_curve(box: Bbox, axes: Axes) -> bool:
     """True if a box of the screen hides a part of a line, of steps or of an area of an Axes."""
     if any(is_within(box, _sample_line(line, axes)).any() for line in axes.lines):
         return True
@@ -52,7 +76,7 @@ def _hides_curve(box, axes):
     return any(outline.intersects_bbox(box, filled=True) for outline in outlines)
 
 
-def _lengthen(axes, empty_fraction):
+def _lengthen(axes: Axes, empty_fraction: float) -> None:
     """Lengthen the y axis so that this fraction of an Axes, at its top, is empty."""
     empty_fraction = min(empty_fraction + 0.04, 0.6)
     _limits[axes] = axes.get_ylim()
@@ -61,15 +85,17 @@ def _lengthen(axes, empty_fraction):
     axes.set_ylim(top=axes.transData.inverted().transform((0.0, beyond))[1])
 
 
-def get_original_limits(axes, which):
+def get_original_limits(axes: Axes, which: Which) -> tuple[float, float]:
     """Limits of the "x" or "y" axis of an Axes, before it was lengthened for a legend."""
     lengthened = which == "y" and axes in _limits
-    return _limits[axes] if lengthened else getattr(axes, f"get_{which}lim")()
+    if lengthened:
+        return _limits[axes]
+    return axes.get_xlim() if which == "x" else axes.get_ylim()
 
 
-def _sample_line(line, axes):
+def _sample_line(line: Line2D, axes: Axes) -> Floats:
     """Points of the screen along the visible part of a line of an Axes."""
-    points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
+    points: Floats = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
         between = np.linspace(0.0, 1.0, 8)[:, None, None]
@@ -77,7 +103,9 @@ def _sample_line(line, axes):
     return points[is_within(axes.get_window_extent(), points)]
 
 
-def is_within(box, points):
+def is_within(box: BboxBase, points: Floats) -> NDArray[np.bool_]:
     """True for points (N, 2) of the screen in a box of it, (N,)."""
     points = np.reshape(points, (-1, 2))
-    return ((points >= box.min) & (points <= box.max)).all(axis=1)
+    inside = (points >= box.min) & (points <= box.max)
+    all_inside: NDArray[np.bool_] = np.all(inside, axis=1)
+    return all_inside

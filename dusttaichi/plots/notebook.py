@@ -1,5 +1,7 @@
 """Figures that notebooks show."""
 
+from __future__ import annotations
+
 import base64
 import io
 
@@ -11,15 +13,15 @@ SCREEN = 96.0  # pixels an inch of a figure in a notebook
 class ShownFigure(Figure):
     """A matplotlib Figure that a notebook shows as a PNG, also without its inline backend."""
 
-    def _repr_png_(self):
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         """(PNG, its size on the screen)."""
         return render_png(self)
 
 
-class ShownFigures(dict):
+class ShownFigures(dict[str, Figure]):
     """Figures by name that a notebook shows below one another."""
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         shown = []
         for name, figure in self.items():
             png, size = render_png(figure)
@@ -29,7 +31,7 @@ class ShownFigures(dict):
         return "".join(shown)
 
 
-def render_png(figure):
+def render_png(figure: Figure) -> tuple[bytes, dict[str, int]]:
     """(PNG of a figure, its `width` and `height` on the screen in pixels)."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi="figure")

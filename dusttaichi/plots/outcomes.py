@@ -1,5 +1,10 @@
 """Collisions of a study: a map of outcomes, growth, the spectrum of fragments."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.patches import Patch, Rectangle
 
@@ -14,6 +19,15 @@ from dusttaichi.analysis.collisions import (
 )
 from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.plots import style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from dusttaichi.analysis.thresholds import Threshold
+    from dusttaichi.plots.axes import Which
 
 COLOURS = {
     "sticking": style.BLUE,
@@ -33,7 +47,7 @@ NAMES = {
 MOST_HORIZONTAL = 8  # labels of a horizontal axis that do not overlap
 
 
-def collision_figures(data):
+def collision_figures(data: xr.Dataset) -> dict[str, Figure]:
     """All figures of a study of collisions by name, those that have something to show.
 
     Parameters
@@ -46,7 +60,7 @@ def collision_figures(data):
     dict
         Name -> matplotlib Figure.
     """
-    figures_by_name = {"outcomes": outcome_map(data)}
+    figures_by_name: dict[str, Figure | None] = {"outcomes": outcome_map(data)}
     if data.sizes["mass_ratio"] > 1:
         figures_by_name["outcomes_mass_ratio"] = outcome_map(data, "mass_ratio")
     if data.sizes["body"] > 1:
@@ -60,7 +74,7 @@ def collision_figures(data):
 
 
 @style.apply_style
-def outcome_map(data, against="impact_parameter"):
+def outcome_map(data: xr.Dataset, against: str = "impact_parameter") -> Figure:
     """Shares of the outcomes over the speed and the impact parameter or the mass ratio.
 
     A cell for each point is divided by the shares of all collisions there; panels are for the
@@ -90,17 +104,17 @@ def outcome_map(data, against="impact_parameter"):
     return figure
 
 
-def _draw_cell(axes, x, y, outcomes):
+def _draw_cell(axes: Axes, x: float, y: float, outcomes: NDArray[np.str_]) -> None:
     """Draw a rectangle of width 1 about (x, y), divided by the shares of its outcomes."""
     left_edge = x - 0.47
     for name in (*OUTCOMES, FAILED):
-        width = 0.94 * np.mean(outcomes == name)
+        width = 0.94 * float(np.mean(outcomes == name))
         if width > 0.0:
             axes.add_patch(Rectangle((left_edge, y - 0.45), width, 0.9, color=COLOURS[name], lw=0))
         left_edge += width
 
 
-def _label_axis(axes, data, name, which):
+def _label_axis(axes: Axes, data: xr.Dataset, name: str, which: Which) -> None:
     values = data[name].values
     axis = getattr(axes, f"{which}axis")
     axis.set_ticks(np.arange(len(values)), [f"{value:.3g}" for value in values])
@@ -112,7 +126,7 @@ def _label_axis(axes, data, name, which):
 
 
 @style.apply_style
-def growth(data):
+def growth(data: xr.Dataset) -> Figure:
     """Growth efficiency against the speed, a line for every body and mass ratio.
 
     Means and standard errors over seeds and impact parameters in which the bodies touched.
@@ -127,20 +141,26 @@ def growth(data):
     return figure
 
 
-def _draw_means(axes, data, values, format_string, text):
+def _draw_means(
+    axes: Axes,
+    data: xr.Dataset,
+    variable: xr.DataArray,
+    format_string: str,
+    text: str,
+) -> bool:
     """Draw means and standard errors against the speed, a line for every body and mass ratio.
 
     format_string: marker and dashes. text: end of the labels. Returns whether there are several
     lines.
     """
-    values = values.transpose("body", "mass_ratio", "speed", ...).values
+    values = variable.transpose("body", "mass_ratio", "speed", ...).values
     values = values.reshape(*values.shape[:3], -1)
-    several = values.shape[:2] != (1, 1)
+    several = bool(values.shape[:2] != (1, 1))
     for number, index in enumerate(np.ndindex(values.shape[:2])):
         mean, error = np.array([compute_mean_and_error(row) for row in values[index]]).T
         name = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
         label = ", ".join([name] * several + [text] * bool(text))
-        bar_style = {
+        bar_style: style.Look = {
             "fmt": format_string,
             "ms": 4,
             "capsize": 2,
@@ -154,7 +174,7 @@ PHASES = {"compression_loss": "in compression", "stretching_loss": "in stretchin
 
 
 @style.apply_style
-def phases(data):
+def phases(data: xr.Dataset) -> Figure | None:
     """Shares of the energy dissipated in compression and in stretching against the speed.
 
     They are those of `compute_phase_losses`: mean and standard error over seeds and impact
@@ -178,7 +198,7 @@ def phases(data):
 
 
 @style.apply_style
-def fragment_spectrum(data):
+def fragment_spectrum(data: xr.Dataset) -> Figure:
     """Number of fragments of at least a number of grains, except the two largest, by speed.
 
     A line for each of at most six speeds has the slope of n(N) ~ N^-tau.
@@ -206,12 +226,12 @@ def fragment_spectrum(data):
         xlabel="grains of the fragment",
         ylabel="fragments of at least that many grains,\nin a collision",
     )
-    _draw_legend_or_text(axes, drawn, "no fragments beside the two largest")
+    _draw_legend_or_text(axes, drawn > 0, "no fragments beside the two largest")
     return figure
 
 
 @style.apply_style
-def threshold_speeds(data, speed_thresholds):
+def threshold_speeds(data: xr.Dataset, speed_thresholds: Sequence[Threshold]) -> Figure:
     """Threshold speeds of bodies and mass ratios against the filling factor of the targets.
 
     Bars are confidence intervals; thresholds outside the speeds of the study are left out.
@@ -234,17 +254,17 @@ def threshold_speeds(data, speed_thresholds):
         interval = np.array([(t.low, t.high) for t in thresholds_of_outcome]).T
         interval = np.where(np.isnan(interval), speed, interval)
         interval = np.clip(interval, data.speed.values.min(), data.speed.values.max())
-        look = {"fmt": "o", "ms": 4, "capsize": 2, "color": style.RUN_COLOURS[number]}
+        look: style.Look = {"fmt": "o", "ms": 4, "capsize": 2, "color": style.RUN_COLOURS[number]}
         label = rf"$v_{{\rm {name}}}$"
         axes.errorbar(phi, speed, np.abs(interval - speed), label=label, **look)
     style.set_logarithmic(axes, "y")
     axes.set_xlabel(r"filling factor of the target $\phi$")
     axes.set_ylabel("threshold speed (m/s)")
-    _draw_legend_or_text(axes, speed_thresholds, "no threshold within the speeds")
+    _draw_legend_or_text(axes, len(speed_thresholds) > 0, "no threshold within the speeds")
     return figure
 
 
-def _draw_legend_or_text(axes, drawn, text):
+def _draw_legend_or_text(axes: Axes, drawn: bool, text: str) -> None:
     """Draw a legend of the curves, or that text where there are none."""
     if drawn:
         style.draw_legend(axes)

@@ -1,6 +1,10 @@
 """Cost against error: every point of a trade, and the Pareto front."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.patheffects import withStroke
@@ -8,6 +12,16 @@ from matplotlib.transforms import Bbox
 
 from dusttaichi.analysis.observables import describe_observable, find_pareto_front
 from dusttaichi.plots import style
+from dusttaichi.plots.canvas import get_renderer
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import BboxBase
+
+    from dusttaichi.physics.geometry import Floats
 
 LOOKS = {  # parameter -> colour, marker
     "step_fraction": (style.BLUE, "o"),
@@ -36,7 +50,7 @@ MARKED = {"preset": (style.BLACK, "X", 7), "default": (style.RED, "*", 10)}
 
 
 @style.apply_style
-def trade(data):
+def trade(data: xr.Dataset) -> Figure:
     """The figure of the dataset of a trade (trade.nc).
 
     An error of 0, and that of the reference against itself, is drawn at the lower edge.
@@ -49,7 +63,7 @@ def trade(data):
     best = find_pareto_front(np.where(is_measured, cost, np.nan), error)
     _draw_thresholds(axes, data, lowest)
     parameters = np.where(is_measured, data.parameter.values, "")
-    edge = {"markeredgecolor": "white", "markeredgewidth": 0.4, "markersize": 4.5}
+    edge: style.Look = {"markeredgecolor": "white", "markeredgewidth": 0.4, "markersize": 4.5}
     for name in dict.fromkeys(parameters[is_measured].tolist()):
         if name not in MARKED:
             (colour, marker), of_parameter = LOOKS.get(name, (style.GREY, ".")), parameters == name
@@ -83,19 +97,19 @@ def trade(data):
 class _Points:
     """Coordinates of the points, (points,) each, and the numbers of those of the front."""
 
-    cost: np.ndarray
-    error: np.ndarray
-    front: list
+    cost: Floats
+    error: Floats
+    front: Sequence[int]
 
 
-def _draw_thresholds(axes, data, lowest):
+def _draw_thresholds(axes: Axes, data: xr.Dataset, lowest: float) -> None:
     """Draw the scatter between seeds, the error of the reference itself, and the tolerance."""
     scatter, reference_error = (
         _select_observable(data, "scatter"),
         _select_observable(data, "convergence"),
     )
     if np.isfinite(scatter):
-        look = {"color": style.GREY, "alpha": 0.18, "linewidth": 0}
+        look: style.Look = {"color": style.GREY, "alpha": 0.18, "linewidth": 0}
         axes.axhspan(lowest / 2, scatter, label="scatter between seeds", **look)
     if np.isfinite(reference_error) and reference_error > 0:
         text = f"reference at {data.attrs.get('check', 'half its step')}"
@@ -104,11 +118,11 @@ def _draw_thresholds(axes, data, lowest):
     axes.axhline(data.attrs["tolerance"], label="tolerance", **look)
 
 
-def _select_observable(data, name):
+def _select_observable(data: xr.Dataset, name: str) -> float:
     return float(data[name].sel(observable=data.attrs["observable"]))
 
 
-def _find_lowest(data, errors):
+def _find_lowest(data: xr.Dataset, errors: Floats) -> float:
     """Level at which an error of 0 is drawn: a factor of three below the least other one."""
     marks = [
         *errors,
@@ -116,10 +130,10 @@ def _find_lowest(data, errors):
         _select_observable(data, "convergence"),
         data.attrs["tolerance"],
     ]
-    return min(v for v in marks if np.isfinite(v) and v > 0) / 3.0
+    return float(min(v for v in marks if np.isfinite(v) and v > 0)) / 3.0
 
 
-def _set_limits(axes, cost, shown, tolerance, lowest):
+def _set_limits(axes: Axes, cost: Floats, shown: Floats, tolerance: float, lowest: float) -> None:
     axes.set_xlim(min(cost.min() / 1.4, 0.45), max(cost.max() * 1.6, 2.2))
     finite = shown[np.isfinite(shown)]
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
@@ -132,13 +146,15 @@ SHRUNK = 3.0  # distance [points] of the end of that line from the mark
 APART = 2.0  # distance [points] between labels and from other marks
 
 
-def _label_points(figure, axes, data, points, numbers):
+def _label_points(
+    figure: Figure, axes: Axes, data: xr.Dataset, points: _Points, numbers: Sequence[int]
+) -> None:
     """Label some points where it hides least; points that coincide have a common label.
 
     Labels of the front that would hide another label are left out.
     """
     figure.draw_without_rendering()  # determines the layout
-    renderer, pixel = figure.canvas.get_renderer(), figure.dpi / 72.0
+    renderer, pixel = get_renderer(figure), figure.dpi / 72.0
     cost, shown, best = points.cost, points.error, points.front
     spots = axes.transData.transform(np.column_stack([cost, shown]))
     spots = spots[np.isfinite(spots).all(axis=1)]
@@ -148,56 +164,68 @@ def _label_points(figure, axes, data, points, numbers):
         for a, b in zip(corners, corners[1:], strict=False)
         for t in np.linspace(0.02, 0.98, 40)
     ]
-    window, occupied_boxes, groups = axes.get_window_extent(renderer), [], {}
+    window = axes.get_window_extent(renderer)
+    occupied_boxes: list[BboxBase] = []
+    groups: dict[tuple[float, float], list[int]] = {}
     for n in dict.fromkeys(int(n) for n in numbers):
-        location = groups.setdefault((float(cost[n]), float(shown[n])), [])
-        if not location or data.parameter.values[n] in MARKED:
-            location.append(n)
+        coinciding = groups.setdefault((float(cost[n]), float(shown[n])), [])
+        if not coinciding or data.parameter.values[n] in MARKED:
+            coinciding.append(n)
     for location, members in groups.items():
-        text, choices = ", ".join(_shorten(str(data.label.values[n])) for n in members), []
+        text = ", ".join(_shorten(str(data.label.values[n])) for n in members)
+        choices: list[tuple[float, int, int, Floats, BboxBase]] = []
         for ring, direction, box in _list_boxes(axes, text, location, pixel):
             hidden = 10 * sum(box.overlaps(occupied) for occupied in occupied_boxes)
             wide = box.padded((APART + 2.0) * pixel)
-            hidden += 3 * np.count_nonzero(style.is_within(wide, spots))
-            hidden += 4 * bool(np.any(style.is_within(box, line)))
+            hidden += 3 * int(np.count_nonzero(style.is_within(wide, spots)))
+            hidden += 4 * bool(np.any(style.is_within(box, np.array(line))))
             hidden += 20 * (not (window.contains(*wide.min) and window.contains(*wide.max)))
             choices.append((hidden + 0.4 * ring, len(choices), ring, direction, box))
-        hidden, _, ring, direction, box = min(choices, key=lambda choice: choice[:2])
-        if hidden < 10 or data.parameter.values[members[0]] in MARKED:
+        weight, _, ring, direction, box = min(choices, key=lambda choice: choice[:2])
+        if weight < 10 or data.parameter.values[members[0]] in MARKED:
             _draw_label(axes, text, location, RINGS[ring] * direction, ring)
             occupied_boxes.append(box.padded(APART * pixel))
 
 
-def _list_boxes(axes, text, location, pixel):
+def _list_boxes(
+    axes: Axes, text: str, location: tuple[float, float], pixel: float
+) -> Iterator[tuple[int, Floats, BboxBase]]:
     """List possible positions of a label: (ring, direction, its Bbox with the line, in pixels)."""
     label = _draw_label(axes, text, location, RINGS[0] * DIRECTIONS[0], 0)
-    size = label.get_window_extent(axes.figure.canvas.get_renderer()).size
+    size = np.array(label.get_window_extent(get_renderer(axes.figure)).size)
     label.remove()
     mark = axes.transData.transform(location)
     for ring, radius in enumerate(RINGS):
         for direction in DIRECTIONS:
             edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_choose_side(direction)]
-            corner = mark + radius * pixel * direction - size * (edge, 0.5)
-            box = Bbox([corner, corner + size])
+            corner = mark + radius * pixel * direction - size * np.array([edge, 0.5])
+            box: BboxBase = Bbox([corner, corner + size])
             if ring:
                 end = mark + SHRUNK * pixel * direction
                 box = Bbox.union([box, Bbox([end, end])])
             yield ring, direction, box
 
 
-def _choose_side(direction):
+def _choose_side(direction: Floats) -> Literal["left", "center", "right"]:
     """Side of a label that faces its mark, by the direction (2,) from the mark."""
     cosine = direction[0] / np.hypot(*direction)
     return "center" if abs(cosine) < 0.1 else ("left" if cosine > 0 else "right")
 
 
-def _draw_label(axes, text, location, offset, ring):
+def _draw_label(
+    axes: Axes, text: str, location: tuple[float, float], offset: Floats, ring: int
+) -> Annotation:
     """Draw a label, its near edge at `offset`, (2,) in points, from its location in the data."""
-    arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": SHRUNK}
+    arrow: dict[str, Any] = {
+        "arrowstyle": "-",
+        "linewidth": 0.4,
+        "color": style.GREY,
+        "shrinkB": SHRUNK,
+    }
     label = axes.annotate(
         text,
         location,
-        tuple(offset),
+        (float(offset[0]), float(offset[1])),
         textcoords="offset points",
         ha=_choose_side(offset),
         va="center",
@@ -210,7 +238,7 @@ def _draw_label(axes, text, location, offset, ring):
     return label
 
 
-def _shorten(text):
+def _shorten(text: str) -> str:
     """Shorten a label: of a combination of more than two, to the last one."""
     words = text.replace("_", " ").split(" + ")
     return "\n+ ".join(words) if len(words) < 3 else f"… + {words[-1]}"

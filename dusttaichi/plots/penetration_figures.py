@@ -1,5 +1,10 @@
 """Penetration of a sphere into dust: its motion, and the filling factor below it."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis.penetration import measure_column, measure_penetration
@@ -7,10 +12,15 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+
 FORCES = ((1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
-def select_spheres(runs, figure_names=()):
+def select_spheres(runs: Sequence[Run], figure_names: Sequence[str] = ()) -> list[Run]:
     """Select the runs in which a sphere penetrates dust, at least one of grains."""
     shown_runs = [run for run in runs if run.has_sphere or run.intrudes]
     return shown_runs if len(shown_runs) > 1 and any(run.has_sphere for run in shown_runs) else []
@@ -23,7 +33,7 @@ def select_spheres(runs, figure_names=()):
     together=select_spheres,
     optional=True,
 )
-def sphere(runs, labels=None):
+def sphere(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Depth of the lowest point of a sphere, its downward velocity and the force of the dust.
 
     The runs may be of grains or of the continuum.
@@ -71,7 +81,7 @@ def sphere(runs, labels=None):
     together=select_spheres,
     optional=True,
 )
-def sphere_column(runs, labels=None):
+def sphere_column(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Filling factor below the sphere at the end, dotted before the impact.
 
     Raises
@@ -86,7 +96,8 @@ def sphere_column(runs, labels=None):
     per_length, metres = style.choose_unit(
         max(measure_penetration(run).radius for run in runs), style.LENGTHS
     )
-    before_style, lowest_style = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
+    before_style: style.Look = {"linewidth": 0.8, "linestyle": style.DOTTED}
+    lowest_style: style.Look = {"linewidth": 0.6}
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         line, last_column, first_column = (
             style.run_style(number),

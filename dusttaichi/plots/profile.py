@@ -1,14 +1,23 @@
 """Vertical profile of the filling factor at several times (S12 Fig 5)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dusttaichi.analysis import read_profiles as profile_of
 from dusttaichi.analysis.profile import join_cut_bins
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 from dusttaichi.results.datasets import take_record
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
-def profile(run, max_profiles=8):
+def profile(run: Run, max_profiles: int = 8) -> Figure:
     """Height against filling factor for some profiles of a run.
 
     Parameters
@@ -23,7 +32,7 @@ def profile(run, max_profiles=8):
         The result has no profiles.
     """
     profiles = join_cut_bins(profile_of(run, max_profiles))
-    written = run.profiles.sizes["profile"]
+    written = 0 if run.profiles is None else run.profiles.sizes["profile"]
     figure, (axes,) = style.create_figure(height=4.0)
     count = profiles.sizes["profile"]
     colours = style.sample_gradient(count)

@@ -1,5 +1,10 @@
 """Shear and triaxial tests with their lines of friction; load steps."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from dusttaichi.analysis.cycles import compute_pressure
@@ -15,9 +20,18 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.friction import Friction
+    from dusttaichi.analysis.loads import Shearing, Triaxial
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+
 
 @figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)
-def shear(run, repeats=()):
+def shear(run: Run, repeats: Sequence[Run] = ()) -> Figure:
     """Shear stress of a run against the shear strain of each stage that shears.
 
     For cyclic shear it is drawn against the total shear strain. Below, of several stages with a
@@ -62,7 +76,7 @@ def shear(run, repeats=()):
     return figure
 
 
-def _draw_shear_curves(axes, stages, scale):
+def _draw_shear_curves(axes: Axes, stages: Sequence[Shearing], scale: float) -> dict[str, Any]:
     """Draw the shear stress of Shearings; return the colour of each stage by its name."""
     cyclic = len({shearing.direction for shearing in stages}) > 1
     controlled = all(shearing.controlled for shearing in stages)
@@ -88,11 +102,19 @@ def _draw_shear_curves(axes, stages, scale):
     return colors
 
 
-def _draw_strengths(panels, stages, count_filled, *, colors, scale, unit):
+def _draw_strengths(
+    panels: Sequence[Axes],
+    stages: Sequence[Shearing],
+    count_filled: int,
+    *,
+    colors: Mapping[str, Any],
+    scale: float,
+    unit: str,
+) -> None:
     """Draw strengths of Shearings over load and filling factor, filled the first count_filled."""
     line, density = panels
     for number, shearing in enumerate(stages):
-        filled = {} if number < count_filled else {"markerfacecolor": "none"}
+        filled: style.Look = {} if number < count_filled else {"markerfacecolor": "none"}
         for axes, x in ((line, shearing.load * scale), (density, shearing.density)):
             axes.errorbar(
                 x, shearing.strength * scale, shearing.strength_sigma * scale, fmt="o",
@@ -100,12 +122,12 @@ def _draw_strengths(panels, stages, count_filled, *, colors, scale, unit):
             )  # fmt: skip
     fit = fit_friction(stages)
     if fit is not None:
-        x = np.array([0.0, 1.05 * max(shearing.load for shearing in stages)])
+        ends = np.array([0.0, 1.05 * max(shearing.load for shearing in stages)])
         slope = f"{fit.slope:+.2f}"
         text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} ${slope}\,\sigma_n$"
         line.plot(
-            x * scale,
-            (fit.cohesion + fit.slope * x) * scale,
+            ends * scale,
+            (fit.cohesion + fit.slope * ends) * scale,
             color=style.BLACK,
             linewidth=1.0,
             label=f"{text}, friction angle {fit.angle:.0f}°",
@@ -118,7 +140,7 @@ def _draw_strengths(panels, stages, count_filled, *, colors, scale, unit):
 
 
 @figure("Triaxial tests", 100, applies=is_triaxial, optional=True)
-def triaxial(run, repeats=()):
+def triaxial(run: Run, repeats: Sequence[Run] = ()) -> Figure:
     """Deviator and filling factor of a run against the strain of each triaxial test.
 
     Below, Mohr's circles of their strengths, with the line of friction as their tangent.
@@ -165,14 +187,14 @@ def triaxial(run, repeats=()):
     return figure
 
 
-def _compute_circle(test, scale):
+def _compute_circle(test: Triaxial, scale: float) -> tuple[Floats, Floats]:
     """Compute the upper half of Mohr's circle of a Triaxial: (normal, shear stress)."""
     turn, radius = np.linspace(0.0, np.pi, 90), 0.5 * test.strength
     middle = test.load + radius
     return (middle + radius * np.cos(turn)) * scale, radius * np.sin(turn) * scale
 
 
-def _draw_tangent(axes, fit, scale):
+def _draw_tangent(axes: Axes, fit: Friction | None, scale: float) -> None:
     """Draw the tangent of the circles, of their Friction, if there is one."""
     if fit is None:
         return
@@ -186,7 +208,7 @@ def _draw_tangent(axes, fit, scale):
 @figure(
     "Filling factor under each load", 80, applies=lambda run: bool(measure_controlled_loads(run))
 )
-def loads(run, constant_speed_runs=(), repeats=()):
+def loads(run: Run, constant_speed_runs: Sequence[Run] = (), repeats: Sequence[Run] = ()) -> Figure:
     """Filling factor against pressure of a run with load steps.
 
     The thin line is its path; points are the settled state of each load.
@@ -242,7 +264,7 @@ def loads(run, constant_speed_runs=(), repeats=()):
     return figure
 
 
-def _collect_path(run):
+def _collect_path(run: Run) -> tuple[Floats, Floats]:
     """Pressure [kPa] and filling factor of all records with a positive pressure."""
     pressure = compute_pressure(run.series) / 1e3
     shown = pressure > 0.0

@@ -1,9 +1,19 @@
 """Speed of sound against the distance from a push (PD08 Fig 7)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from dusttaichi.analysis import fit_sound_speed as fit_speed
 from dusttaichi.analysis import measure_arrival
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
 
 
 @figure(
@@ -13,7 +23,7 @@ from dusttaichi.plots.figure_registry import figure
     together=True,
     optional=True,
 )
-def sound_speed(runs, labels=None):
+def sound_speed(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Speed of sound against distance, a point for each grain of one run or several with a push.
 
     Lines are the fits; that of a single run has a band of its standard error.

@@ -5,10 +5,20 @@ viewer, and its shade from the sphere's normal there. The picture is made in ban
 the buffers stay small at any size.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+Reals = NDArray[np.floating[Any]]  # of 32 or 64 bits
 
 SAMPLES = 3  # per pixel and direction: edges in ten steps
 BAND = 64  # rows of pixels at a time
@@ -31,18 +41,18 @@ class Camera:
     low, high: (2,) ends of the picture along right and up [m]. width, height: in pixels.
     """
 
-    axes: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    axes: Reals
+    low: Reals
+    high: Reals
     width: int
     height: int
 
     @property
-    def scale(self):
+    def scale(self) -> float:
         """Pixels a metre."""
-        return self.width / (self.high[0] - self.low[0])
+        return float(self.width / (self.high[0] - self.low[0]))
 
-    def project(self, points, samples=1):
+    def project(self, points: Reals, samples: int = 1) -> Reals:
         """Column, row (downwards) and depth (towards the viewer) of points [m], (..., 3).
 
         In pixels, or in samples of a pixel.
@@ -59,7 +69,7 @@ class Camera:
         )
 
 
-def compute_camera_axes(view):
+def compute_camera_axes(view: ArrayLike) -> Reals:
     """Compute the axes of a Camera that looks from the direction `view`, (3,): z upwards or y."""
     towards = np.asarray(view, dtype=float) / np.linalg.norm(view)
     up = np.array([0.0, 1.0, 0.0]) if abs(towards[2]) > 0.999 else np.array([0.0, 0.0, 1.0])
@@ -72,13 +82,21 @@ def compute_camera_axes(view):
 class Lines:
     """Straight lines: ends (L, 2, 3) [m]; dashed (L,) bool; colour (3,); width [pixels]."""
 
-    ends: np.ndarray
-    dashed: np.ndarray
-    colour: tuple = (0.25, 0.25, 0.25)
+    ends: Reals
+    dashed: NDArray[np.bool_]
+    colour: tuple[float, float, float] = (0.25, 0.25, 0.25)
     width: float = 2.0
 
 
-def render_spheres(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
+def render_spheres(
+    camera: Camera,
+    position: Reals,
+    radius: Reals,
+    colour: Reals,
+    *,
+    lines: Lines | None = None,
+    samples: int = SAMPLES,
+) -> Reals:
     """Render spheres and lines in the view of a camera: (height, width, 3) floats from 0 to 1.
 
     position (N, 3), radius (N,) [m]; colour (N, 3). Nearer objects hide farther ones, spheres and
@@ -104,7 +122,7 @@ def render_spheres(camera, position, radius, colour, *, lines=None, samples=SAMP
     return np.clip(image, 0.0, 1.0)
 
 
-def compute_occlusion(position, radius):
+def compute_occlusion(position: Reals, radius: Reals) -> Reals:
     """Ambient occlusion of each sphere by its neighbours: (N, 4), a mean and a vector.
 
     A point of the surface with normal n sees exp(-OCCLUSION (mean + vector . n)) of the light from
@@ -134,7 +152,7 @@ class Shadows:
     centre (N, 3): column, row, depth in pixels of the first camera; size (N,) in pixels.
     """
 
-    def __init__(self, centre, size, samples):
+    def __init__(self, centre: Reals, size: Reals, samples: int) -> None:
         self.samples, self.softness = samples, max(1.0, SOFTNESS * float(size.max()))
         flipped = centre * (1.0, -1.0, 1.0)
         self.axes = compute_camera_axes(LIGHT)
@@ -148,7 +166,7 @@ class Shadows:
         for k in range(len(size)):
             _draw_sphere(self.depth, owner, k, seen[k], size[k])
 
-    def sample_shadow(self, column, row, depth, bias):
+    def sample_shadow(self, column: Reals, row: Reals, depth: Reals, bias: Reals) -> Reals:
         """Shadow of samples of the picture, (S,), from 0 to 1."""
         scale = np.float32(1.0 / self.samples)
         x, y, z = column * scale, -row * scale, depth * scale
@@ -165,14 +183,18 @@ class Shadows:
         return np.float32(0.25) * dark
 
 
-def _render_band(top, bottom, width, spheres):
+# centres, sizes, colours, occlusions of all spheres (N, ...), and their shadows
+Spheres = tuple[Reals, Reals, Reals, Reals, Shadows]
+
+
+def _render_band(top: int, bottom: int, width: int, spheres: Spheres) -> tuple[Reals, Reals]:
     """Colours (rows, width, 3) and depths (rows, width) of the samples of rows top to bottom."""
     centre, size = spheres[:2]
     depth = np.full((bottom - top, width), -np.inf, dtype=np.float32)
     owner = np.full((bottom - top, width), -1, dtype=np.int32)
     inside = np.flatnonzero((centre[:, 1] + size > top) & (centre[:, 1] - size < bottom))
     for k in inside:
-        _draw_sphere(depth, owner, k, centre[k] - (0.0, top, 0.0), size[k])
+        _draw_sphere(depth, owner, int(k), centre[k] - (0.0, top, 0.0), size[k])
     image = np.empty((*depth.shape, 3), dtype=np.float32)
     image[:] = PAPER
     hit = np.nonzero(owner >= 0)
@@ -181,7 +203,9 @@ def _render_band(top, bottom, width, spheres):
     return image, depth
 
 
-def _draw_sphere(depth, owner, number, centre, size):
+def _draw_sphere(
+    depth: Reals, owner: NDArray[np.integer], number: int, centre: Reals, size: float
+) -> None:
     """Draw a sphere into the buffers; samples are at half-integer positions."""
     rows, columns = depth.shape
     first_column, last_column = (
@@ -201,7 +225,9 @@ def _draw_sphere(depth, owner, number, centre, size):
     np.copyto(owner[first_row:last_row, first_column:last_column], number, where=nearer)
 
 
-def _shade(column, row, depth, owner, spheres):
+def _shade(
+    column: Reals, row: Reals, depth: Reals, owner: NDArray[np.integer], spheres: Spheres
+) -> Reals:
     """Colours of samples, (S, 3): light from the upper left, gloss, and shade of neighbours."""
     centre, size, colour, hidden, shadows = spheres
     centres, radius = centre[owner].astype(np.float32), size[owner].astype(np.float32)
@@ -219,15 +245,16 @@ def _shade(column, row, depth, owner, spheres):
     glint = GLOSS * mirrored**SHARPNESS * (1.0 - dark)
     shade = AMBIENT * sky * (1.0 + UPPER * y) + DIFFUSE * facing * (1.0 - SHADOW * dark)
     shade *= 1.0 - RIM * (1.0 - z) ** 2
-    return colour[owner] * shade[:, None] + glint[:, None]
+    shaded: Reals = colour[owner] * shade[:, None] + glint[:, None]
+    return shaded
 
 
-def _sample_lines(camera, lines, samples, wider):
+def _sample_lines(camera: Camera, lines: Lines, samples: int, wider: float) -> Reals:
     """Samples on the lines: column, row, depth, (P, 3), half a sample apart, by rising row.
 
     wider: widths of the line.
     """
-    points = []
+    points: list[Reals] = []
     width = lines.width * samples
     aside = np.arange(-0.5 * wider * width, 0.5 * wider * width + 0.25, 0.5)
     for ends, dashed in zip(camera.project(lines.ends, samples), lines.dashed, strict=True):
@@ -244,11 +271,13 @@ def _sample_lines(camera, lines, samples, wider):
         points.append((line[:, None] + aside[:, None] * normal).reshape(-1, 3))
     if not points:
         return np.empty((0, 3))
-    points = np.concatenate(points)
-    return points[np.argsort(points[:, 1])]
+    all_points = np.concatenate(points)
+    return all_points[np.argsort(all_points[:, 1])]
 
 
-def _find_visible(depth, points, top):
+def _find_visible(
+    depth: Reals, points: Reals, top: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows and columns of a band where points are inside it and nearer than the spheres."""
     rows, columns = depth.shape
     points = points[slice(*np.searchsorted(points[:, 1], (top, top + rows)))]
@@ -259,7 +288,7 @@ def _find_visible(depth, points, top):
     return row[seen], column[seen]
 
 
-def _draw_halo(image, depth, points, top):
+def _draw_halo(image: Reals, depth: Reals, points: Reals, top: int) -> None:
     """Make the samples paler that are next to a line, so that it shows on dark spheres."""
     row, column = _find_visible(depth, points, top)
     near = np.zeros(depth.shape, dtype=bool)

@@ -1,14 +1,23 @@
 """Components of the stress over time."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+
 
 @figure("Stress", 120, applies=lambda run: len(run.series.time) > 1 and "stress" in run.series)
-def stress(run):
+def stress(run: Run) -> Figure:
     """Diagonal and shear components of the stress of a run over time, positive in tension.
 
     Dotted lines separate the stages.

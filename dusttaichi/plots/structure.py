@@ -1,5 +1,10 @@
 """Contact network, pores and fractal dimension of a snapshot."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
@@ -9,16 +14,28 @@ from dusttaichi.analysis.structure import CENTRES, measure_structure
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.analysis.structure import Structure
+
 FEW = 10  # least number of grains
 
 
-def has_structure(run):
+def has_structure(run: Run) -> bool:
     """True where the last snapshot has the contact forces of FEW grains or more."""
-    return run.has_forces and run.grains >= FEW
+    return run.has_forces and (run.grains or 0) >= FEW
+
+
+def has_box(run: Run) -> bool:
+    """True where the snapshots have the walls or the faces of the cell."""
+    return run.snapshots is not None and "box" in run.snapshots
 
 
 @figure("Contacts: neighbours, directions, forces", 130, applies=has_structure)
-def structure(run, snapshot=-1):
+def structure(run: Run, snapshot: int = -1) -> Figure:
     """Neighbours, directions and normal forces of contacts, and pair correlation of a snapshot.
 
     Quantities that the run does not have are left out.
@@ -44,7 +61,7 @@ def structure(run, snapshot=-1):
     return figure
 
 
-def _draw_neighbours(network, axes):
+def _draw_neighbours(network: Structure, axes: Axes) -> None:
     axes.bar(
         np.arange(len(network.coordination)), network.coordination, color=style.BLUE, width=0.8
     )
@@ -52,7 +69,7 @@ def _draw_neighbours(network, axes):
     axes.set(xlabel="grains that a grain touches", ylabel="share of the grains")
 
 
-def _draw_directions(network, axes):
+def _draw_directions(network: Structure, axes: Axes) -> None:
     """Draw the contacts by the cosine of their angle to each axis: constant if isotropic."""
     bins = np.linspace(0.0, 1.0, 11)
     highest = 1.0
@@ -70,15 +87,15 @@ def _draw_directions(network, axes):
     style.draw_legend(axes)
 
 
-def _draw_forces(network, axes):
+def _draw_forces(network: Structure, axes: Axes) -> None:
     scale, unit = 1e9, "nN"
     low, high = np.percentile(network.normal_force, [0.5, 99.5]) * scale
-    axes.hist(network.normal_force * scale, np.linspace(low, high, 61), color=style.ORANGE)
+    axes.hist(network.normal_force * scale, np.linspace(low, high, 61).tolist(), color=style.ORANGE)
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel=f"normal force ({unit}), positive for repulsion", ylabel="contacts")
 
 
-def _draw_correlation(network, axes):
+def _draw_correlation(network: Structure, axes: Axes) -> None:
     axes.plot(network.distance, network.correlation, color=style.GREEN)
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel="distance (mean diameters)", ylabel="g(r)")
@@ -91,10 +108,10 @@ def _draw_correlation(network, axes):
 @figure(
     "Sizes of the pores",
     131,
-    applies=lambda run: has_structure(run) and "box" in run.tree["snapshots"],
+    applies=lambda run: has_structure(run) and has_box(run),
     optional=True,
 )
-def pores(run, snapshot=-1):
+def pores(run: Run, snapshot: int = -1) -> Figure:
     """Share of the void in pores of at least a radius, for a snapshot of a run.
 
     Parameters
@@ -131,14 +148,14 @@ def pores(run, snapshot=-1):
     return figure
 
 
-def _has_frames(run):
+def _has_frames(run: Run) -> bool:
     """True where a run is stretched, with at least two snapshots, in a cell without a tilt."""
     frames = run.part_that("stretches").snapshots if run.stretches else None
     return frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames
 
 
 @figure("Fractal dimension", 113, applies=_has_frames)
-def fractal(run, snapshots=None):
+def fractal(run: Run, snapshots: Sequence[int] | None = None) -> Figure:
     """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.measure_fractal`.
 
     Slopes of 2 and 3 are drawn beside the numbers.

@@ -1,9 +1,13 @@
 """Style of all figures: size, fonts, colours, units of the axes."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import wraps
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -11,13 +15,31 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.names import name_runs
-from dusttaichi.analysis.texts import typeset  # noqa: F401, as style.typeset
+from dusttaichi.analysis.texts import typeset as typeset
 from dusttaichi.errors import DustError
-from dusttaichi.plots.axes import finish_figure, name_stages, set_few_ticks, set_logarithmic  # noqa: F401
-from dusttaichi.plots.legends import draw_legend, get_original_limits, is_within  # noqa: F401
+from dusttaichi.plots.axes import finish_figure
+from dusttaichi.plots.axes import name_stages as name_stages
+from dusttaichi.plots.axes import set_few_ticks as set_few_ticks
+from dusttaichi.plots.axes import set_logarithmic as set_logarithmic
+from dusttaichi.plots.legends import draw_legend as draw_legend
+from dusttaichi.plots.legends import get_original_limits as get_original_limits
+from dusttaichi.plots.legends import is_within as is_within
 from dusttaichi.plots.notebook import ShownFigure
 from dusttaichi.results.files import explain
 from dusttaichi.results.outputs import MARK, check
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from numpy.typing import ArrayLike
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+
+P = ParamSpec("P")
+T = TypeVar("T")
+Look = dict[str, Any]  # colour, width and dashes of a line, as keywords of matplotlib
 
 # Okabe and Ito: distinguishable with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -40,7 +62,7 @@ CHANNEL_COLOURS = {
     "artificial": PURPLE,
     "grid": GREY,
 }
-_RC = {
+_RC: dict[str, Any] = {
     "text.usetex": False,  # whatever a matplotlibrc says: LaTeX may be missing
     "font.size": 9,
     "axes.labelsize": 10,
@@ -63,7 +85,7 @@ _RC = {
 }
 WIDTH = 5.2  # inches: the text width of a page
 # by name: width [inches], and changes of _RC
-STYLES = {
+STYLES: dict[str, tuple[float, dict[str, Any]]] = {
     "page": (WIDTH, {}),
     "column": (  # of a journal with two of them, 88 mm
         3.46,
@@ -79,7 +101,7 @@ _style = ContextVar("style", default="page")
 
 
 @contextmanager
-def use_style(name):
+def use_style(name: str) -> Iterator[None]:
     """Use another of STYLES for the figures of a context. Raises DustError for an unknown name."""
     if name not in STYLES:
         raise DustError(f"There is no style {name}; allowed: {', '.join(STYLES)}.")
@@ -90,12 +112,13 @@ def use_style(name):
         _style.reset(token)
 
 
-def apply_style(function):
+def apply_style(function: Callable[P, T]) -> Callable[P, T]:
     """Draw with the settings of this module, not those of the user (decorator)."""
 
     @wraps(function)
-    def draw_in_style(*args, **kwargs):
-        with rc_context(_RC | STYLES[_style.get()][1]):
+    def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> T:
+        settings: Any = _RC | STYLES[_style.get()][1]  # matplotlib lists all keys as a type
+        with rc_context(settings):
             result = function(*args, **kwargs)
             if isinstance(result, ShownFigure):
                 finish_figure(result)
@@ -104,19 +127,21 @@ def apply_style(function):
     return draw_in_style
 
 
-def create_canvas(*inches, **options):
+def create_canvas(width: float, height: float, **options: Any) -> ShownFigure:
     """Create a Figure of that width and height without a display; options: as for matplotlib's."""
-    figure = ShownFigure(figsize=inches, **options)
+    figure = ShownFigure(figsize=(width, height), **options)
     FigureCanvasAgg(figure)
     return figure
 
 
-def _create_empty(height):
+def _create_empty(height: float) -> ShownFigure:
     width = STYLES[_style.get()][0]
     return create_canvas(width, height * width / WIDTH, layout="constrained")
 
 
-def create_figure(height=3.7, rows=1, ratios=None, shared=True):
+def create_figure(
+    height: float = 3.7, rows: int = 1, ratios: Sequence[float] | None = None, shared: bool = True
+) -> tuple[ShownFigure, list[Axes]]:
     """Create a Figure with `rows` axes above each other that share the x axis: (figure, [axes]).
 
     shared: False where each has an x axis of its own. height [inches]: on a page; figures of other
@@ -129,7 +154,9 @@ def create_figure(height=3.7, rows=1, ratios=None, shared=True):
     return figure, list(axes[:, 0])
 
 
-def create_grid(panels, columns, height, shared=False):
+def create_grid(
+    panels: int, columns: int, height: float, shared: bool = False
+) -> tuple[ShownFigure, list[Axes]]:
     """Create a Figure with `panels` axes in rows of `columns`: (figure, [axes]).
 
     height [inches]: of a row on a page. shared: whether the panels share both axes, of which only
@@ -147,19 +174,21 @@ def create_grid(panels, columns, height, shared=False):
     return figure, list(grid[:panels])
 
 
-def choose_unit(largest, units):
+def choose_unit(largest: float, units: Sequence[tuple[float, str]]) -> tuple[float, str]:
     """(factor, unit) for values up to `largest`: the first of `units` (scale, name) that fits."""
     scale, name = next((unit for unit in units if largest >= unit[0]), units[-1])
     return 1.0 / scale, name
 
 
-def label_runs(runs, labels=None):
+def label_runs(
+    runs: Run | Sequence[Run], labels: Sequence[str] | None = None
+) -> tuple[list[Run], list[str]]:
     """(runs, labels) as lists, for one Run or several; labels default to `name_runs`.
 
     More runs than fit into a legend are counted in it, not named. Raises DustError where labels do
     not match the runs.
     """
-    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    runs = list(runs) if isinstance(runs, Sequence) else [runs]
     if labels is None and len(runs) > len(RUN_COLOURS):
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
     if labels is None:
@@ -170,7 +199,9 @@ def label_runs(runs, labels=None):
     return runs, labels
 
 
-def draw_bands(x, mean, std, axes, *, label, number=0):
+def draw_bands(
+    x: ArrayLike, mean: ArrayLike, std: ArrayLike, axes: Axes, *, label: str, number: int = 0
+) -> Line2D:
     """Draw a mean with a band of one standard deviation to either side.
 
     For an ensemble: its mean and standard deviation over the replicas.
@@ -203,7 +234,7 @@ _CREATOR = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # name in
 
 
 @apply_style
-def save(figure, path):
+def save(figure: Figure, path: str | Path) -> Path:
     """Write a figure, creating its folder.
 
     Parameters
@@ -222,19 +253,19 @@ def save(figure, path):
         The file cannot be written, or another file exists.
     """
     suffix = Path(check(path)).suffix
-    metadata = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}
+    metadata = {_CREATOR[suffix]: MARK} if suffix in _CREATOR else None
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         with _laid_out(figure) if suffix == ".png" else nullcontext():
-            figure.savefig(path, **metadata)
+            figure.savefig(path, metadata=metadata)
     except (OSError, ValueError) as error:  # ValueError: such as an unknown format
         reason = explain(error, path) if isinstance(error, OSError) else error
         raise DustError(f"The figure cannot be written to {path}: {reason}.") from error
-    return path
+    return Path(path)
 
 
 @contextmanager
-def _laid_out(figure):
+def _laid_out(figure: Figure) -> Iterator[None]:
     """Lay a Figure out, which does not happen again within: savefig would draw all twice for it."""
     engine = figure.get_layout_engine()
     if engine is not None:
@@ -246,13 +277,13 @@ def _laid_out(figure):
         figure.set_layout_engine(engine)
 
 
-def draw_records(axes, x, y, number=0):
+def draw_records(axes: Axes, x: Floats, y: Floats, number: int = 0) -> None:
     """Draw the single records behind the averages of run `number`, small and faint."""
     colour = run_style(number)["color"]
     axes.plot(x, y, ".", markersize=2.5, color=colour, alpha=0.35, markeredgewidth=0)
 
 
-def sample_gradient(count):
+def sample_gradient(count: int) -> Floats:
     """Colours of `count` curves in an order, from dark to light."""
     return colormaps["viridis"](np.linspace(0.0, 0.87, count))
 
@@ -264,24 +295,24 @@ ENERGIES = ((1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "f
             (1e-21, "zJ"), (1e-24, "yJ"))  # fmt: skip
 
 
-def line_look(color, linewidth=1.0, linestyle="-"):
+def line_look(color: Any, linewidth: float = 1.0, linestyle: Any = "-") -> Look:
     """Colour, width and dashes of a line, as keywords of matplotlib."""
     return {"color": color, "linewidth": linewidth, "linestyle": linestyle}
 
 
-def law_style(number, linewidth=1.0):
+def law_style(number: int, linewidth: float = 1.0) -> Look:
     """Look of the line of law `number`: black, with its dashes."""
     return line_look(BLACK, linewidth, RUN_DASHES[number % len(RUN_DASHES)])
 
 
-def run_styles(count):
+def run_styles(count: int) -> list[Look]:
     """Colours and dashes of `count` curves; a gradient if there are too few colours."""
     if count <= len(RUN_COLOURS):
         return [run_style(number) for number in range(count)]
     return [{"color": colour} for colour in sample_gradient(count)]
 
 
-def run_style(number):
+def run_style(number: int) -> Look:
     """Colour and dashes of the run with this number, so that print in grey works too."""
     colour = RUN_COLOURS[number % len(RUN_COLOURS)]
     return {"color": colour, "linestyle": RUN_DASHES[number % len(RUN_DASHES)]}

@@ -1,5 +1,9 @@
 """Surfaces that move: their loads, and how far they have gone."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis.surface_loads import measure_surfaces
@@ -8,9 +12,14 @@ from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure
 from dusttaichi.plots.penetration_figures import FORCES
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+
 
 @figure("Surfaces that move", 165, applies=lambda run: bool(measure_surfaces(run)))
-def surfaces(run):
+def surfaces(run: Run) -> Figure:
     """Load of each surface that moves, and its displacement, along its direction over time.
 
     The load is a pressure where all of them have an area, else a force. Vertical lines begin

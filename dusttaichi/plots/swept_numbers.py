@@ -1,5 +1,9 @@
 """The numbers of the runs of an ensemble or a sweep against the swept keys: a panel for each."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
@@ -9,13 +13,26 @@ from dusttaichi.analysis.numbers import index_observables
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.plots import style
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.physics.geometry import Floats
+
 WIDE = 10.0  # ratio of the largest to the smallest value from which an axis is logarithmic
 MOST_LINES = 12
-LOOK = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
+LOOK: style.Look = {
+    "marker": "o",
+    "markersize": 3.5,
+    "linewidth": 1.1,
+    "capsize": 2,
+    "elinewidth": 1.0,
+}
 
 
 @style.apply_style
-def numbers(data):
+def numbers(data: xr.Dataset) -> Figure | None:
     """Each number of the table of a dataset of `analysis.gather` against the swept key.
 
     x is the swept key with most values that are numbers, or the replica without a sweep; each point
@@ -36,14 +53,14 @@ def numbers(data):
     return figure
 
 
-def _draw_panel(panel, table: Against):
+def _draw_panel(panel: Axes, table: Against) -> None:
     count = min(len(table.lines), MOST_LINES)
     line_numbers = np.linspace(0, len(table.lines) - 1, count).round().astype(int)
     for line_style, n in zip(style.run_styles(count), line_numbers, strict=True):
         label, look = table.lines[n], LOOK | line_style
         runs = np.broadcast_to(table.x[:, None], table.runs[n].shape)
         if table.runs.shape[-1] > 1:
-            dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
+            dots: style.Look = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
             panel.plot(runs.ravel(), table.runs[n].ravel(), "o", color=look["color"], **dots)
         bars = np.where(np.isfinite(table.std[n]), table.std[n], 0.0)
         if table.ticks is not None:  # nothing is between two names, or two samples
@@ -54,7 +71,7 @@ def _draw_panel(panel, table: Against):
     _set_axes(panel, table)
 
 
-def _set_axes(panel, table):
+def _set_axes(panel: Axes, table: Against) -> None:
     if table.ticks is not None:
         panel.set_xticks(table.x, table.ticks)
         panel.set_xlim(table.x[0] - 0.4, table.x[-1] + 0.4)
@@ -76,12 +93,12 @@ def _set_axes(panel, table):
     panel.tick_params(which="both", labelsize="x-small")
 
 
-def _label_number(name, unit):
+def _label_number(name: str, unit: str) -> str:
     number = index_observables().get(name)
     text = number and number.symbol or title_of(name)
     return f"{text} ({style.typeset(unit)})" if unit else text
 
 
-def _is_wide(values):
+def _is_wide(values: Floats) -> bool:
     finite = values[np.isfinite(values)]
-    return len(finite) and finite.min() > 0 and finite.max() >= WIDE * finite.min()
+    return len(finite) > 0 and bool(finite.min() > 0 and finite.max() >= WIDE * finite.min())

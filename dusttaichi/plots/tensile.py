@@ -1,5 +1,10 @@
 """Stress while a sample is stretched (T19 Fig 3), strengths (T19 Fig 5)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.analysis import fit_strength
@@ -9,9 +14,17 @@ from dusttaichi.physics import laws
 from dusttaichi.plots import style
 from dusttaichi.plots.figure_registry import figure, select_in_common
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.analysis.tensile import Tensile
+    from dusttaichi.scene.material import Material
+
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)
-def tensile(runs, labels=None):
+def tensile(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Stress along the axis of stretching against filling factor, for one run or several.
 
     The averages with their uncertainty, the maximum marked; with a single run the records
@@ -57,7 +70,7 @@ def tensile(runs, labels=None):
     return figure
 
 
-def _draw_averages(axes, t, scale, *, label, number):
+def _draw_averages(axes: Axes, t: Tensile, scale: float, *, label: str, number: int) -> None:
     """Draw the averages of a Tensile, with a band of their uncertainty where it is known."""
     phi, stress = t.filling_factor, t.stress * scale
     if np.isfinite(t.sigma).all():
@@ -66,7 +79,7 @@ def _draw_averages(axes, t, scale, *, label, number):
         axes.plot(phi, stress, label=label, **style.run_style(number))
 
 
-def _set_linear(axes, results, scale):
+def _set_linear(axes: Axes, results: Sequence[Tensile], scale: float) -> None:
     low = min(np.min(t.stress - np.nan_to_num(t.sigma)) for t in results) * scale
     high = max(max(t.strength, np.nan_to_num(t.law)) for t in results) * scale
     if high > 0:
@@ -74,7 +87,7 @@ def _set_linear(axes, results, scale):
     axes.set_xlim(0.0, 1.04 * max(t.phi_init for t in results))
 
 
-def _set_logarithmic(axes, results, scale):
+def _set_logarithmic(axes: Axes, results: Sequence[Tensile], scale: float) -> None:
     """Set logarithmic axes, for strengths that differ more than tenfold; pressures are hidden."""
     axes.set(xscale="log", yscale="log")
     style.set_few_ticks(axes.xaxis)
@@ -82,14 +95,14 @@ def _set_logarithmic(axes, results, scale):
     axes.set_ylim(0.05 * min(strengths), 20 * max(strengths))
 
 
-def _describe_strength(t, scale, unit):
+def _describe_strength(t: Tensile, scale: float, unit: str) -> str:
     maximum = "largest average" if t.passed else "so far at least"
     sigma = "" if np.isnan(t.strength_sigma) else f" ± {t.strength_sigma * scale:.2g}"
     return rf"{maximum}: {t.strength * scale:.3g}{sigma} {unit} at $\phi$ = {t.strength_phi:.3g}"
 
 
 @figure("Tensile strength", 111, together=select_in_common(lambda run: run.stretches))
-def strength(runs, labels=None):
+def strength(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Tensile strength against initial filling factor for several runs, on logarithmic axes.
 
     With T19 eq 33 for each material among them and, where the runs differ in filling factor, the
@@ -105,7 +118,9 @@ def strength(runs, labels=None):
 
 
 @style.apply_style
-def strengths(results, labels, materials):
+def strengths(
+    results: Sequence[Tensile], labels: Sequence[str], materials: Sequence[Material | None]
+) -> Figure:
     """The figure of `strength` of Tensile results, with a label each and the materials of them."""
     if any(t.strength <= 0 for t in results):
         raise DustError(
@@ -134,17 +149,25 @@ def strengths(results, labels, materials):
     return figure
 
 
-def _draw_points(axes, results, labels, scale):
+def _draw_points(
+    axes: Axes, results: Sequence[Tensile], labels: Sequence[str], scale: float
+) -> None:
     """Draw a point for each Tensile with its standard error, and the key of the symbols."""
     exceeds_colours = len(results) > len(style.RUN_COLOURS)  # more than there are colours
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         colour = style.BLUE if exceeds_colours else style.run_style(number)["color"]
-        look = {"fmt": "o", "markersize": 5, "capsize": 2, "color": colour, "label": label}
+        look: style.Look = {
+            "fmt": "o",
+            "markersize": 5,
+            "capsize": 2,
+            "color": colour,
+            "label": label,
+        }
         look["markerfacecolor"] = colour if t.passed else "white"
         sigma = np.nan_to_num(t.strength_sigma)
         axes.errorbar(t.phi_init, t.strength * scale, sigma * scale, **look)
     if not all(t.passed for t in results):
-        hollow = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
+        hollow: style.Look = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
         axes.plot([], [], label="hollow: at least, the stress had not fallen yet", **hollow)
     if any(t.strength_sigma > 0 for t in results):
         axes.plot([], [], "|", color=style.GREY, label="bars: standard error of the average")

@@ -40,13 +40,14 @@ STRICT = [
     "analysis",
     "export",
     "samples",
+    "plots",
     "studies",
     "units.py",
     "errors.py",
 ]
 # without types, and called by them: kernels and what they share with NumPy, figures, workers
 UNTYPED = ["dusttaichi.physics.contact.constants", "dusttaichi.grains", "dusttaichi.compute",
-           "dusttaichi.plots", "ase", "distributed"]  # fmt: skip
+           "ase", "distributed"]  # fmt: skip
 TYPES = [SCENE, SCENE, SCENE, RUN, DATASET, DATASET, DATASET, RUN, SIMULATION]
 
 

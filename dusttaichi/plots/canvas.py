@@ -1,0 +1,29 @@
+"""The figure of some Axes, its renderer and its layout, as types that matplotlib does not state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import RendererAgg
+    from matplotlib.figure import Figure, SubFigure
+
+
+def get_figure(axes: Axes) -> Figure:
+    """Figure of an Axes; figures of legends have no parts (SubFigure)."""
+    return cast("Figure", axes.figure)
+
+
+def get_renderer(figure: Figure | SubFigure) -> RendererAgg:
+    """Renderer of a Figure of `style.create_canvas`, by which texts have a size."""
+    canvas: Any = figure.canvas  # a FigureCanvasAgg, whose methods have no types
+    renderer: RendererAgg = canvas.get_renderer()
+    return renderer
+
+
+def lay_out(figure: Figure) -> None:
+    """Compute the positions in a Figure, where it has a layout engine."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
