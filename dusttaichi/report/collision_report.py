@@ -1,5 +1,9 @@
 """The report of a study of collisions: outcomes, threshold speeds, figures."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi import plots
@@ -13,6 +17,12 @@ from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.report.interactive import make_interactive, render_picture
 from dusttaichi.report.page import list_provenance, make_blank_report
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from dusttaichi.report.packing import Content
+
 FIGURES = {
     "outcomes": "Outcomes over speed and impact parameter",
     "outcomes_mass_ratio": "Outcomes over speed and mass ratio",
@@ -24,7 +34,7 @@ FIGURES = {
 MAPS = {"outcomes", "outcomes_mass_ratio"}  # of rectangles, which are shown as a picture
 
 
-def collect_collisions_data(data):
+def collect_collisions_data(data: xr.Dataset) -> Content:
     """Collect the report of a dataset of `analysis.open_collisions`: a dict for JSON."""
     keys, columns = format_threshold_columns(find_thresholds(data))
     names = [
@@ -55,7 +65,7 @@ def collect_collisions_data(data):
     }
 
 
-def _table(data):
+def _table(data: xr.Dataset) -> list[list[str]]:
     """Rows of text: a header, and means over impact parameters and seeds at each speed."""
     keys, columns = format_collision_summary(data)
     both = [*keys, *columns]
@@ -63,7 +73,7 @@ def _table(data):
     return [[head for head, _ in both], *map(list, rows)]
 
 
-def _figure(name, figure):
+def _figure(name: str, figure: Figure) -> Content:
     if name in MAPS:
         return {
             "name": name,

@@ -4,6 +4,10 @@ Lines and labels are lighter on dark, like those that plotly.js draws (source/fi
 numbers keeps its colours, on a ground from which the darkest of them differs.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from matplotlib.collections import Collection
 from matplotlib.colors import to_rgba, to_rgba_array
@@ -12,27 +16,33 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
+    from matplotlib.typing import RGBAColorType
+
 GROUND = "#565f6c"  # of axes with a map
 GREY = 0.08  # largest difference of the channels of a grey
 WHITE = 250  # least value of the paper in a picture of pixels
 
 
-def darken_colour(colour):
+def darken_colour(colour: Any) -> RGBAColorType:
     """Change a colour that was chosen for white paper for a dark page, as RGBA.
 
     Greys are inverted, other colours too dark to be seen become lighter.
     """
-    *rgb, alpha = to_rgba(colour)
-    rgb = np.array(rgb)
+    *channels, alpha = to_rgba(colour)
+    rgb = np.array(channels)
     if np.ptp(rgb) < GREY:
         rgb = 0.9 - 0.85 * rgb
     else:
-        luminance = rgb @ [0.2126, 0.7152, 0.0722]
+        luminance = rgb @ np.array([0.2126, 0.7152, 0.0722])
         rgb = rgb + np.clip(1.1 * (0.45 - luminance), 0.0, 0.5) * (1.0 - rgb)
-    return (*np.clip(rgb, 0.0, 1.0), alpha)
+    red, green, blue = np.clip(rgb, 0.0, 1.0)
+    return red, green, blue, alpha
 
 
-def darken(figure):
+def darken(figure: Figure) -> None:
     """Change the colours of a Figure for a dark page, and make its background transparent."""
     figure.patch.set_alpha(0.0)
     grounds = {id(axes.patch) for axes in figure.axes} | {id(figure.patch)}
@@ -49,25 +59,25 @@ def darken(figure):
         elif isinstance(artist, AxesImage) and artist.get_array() is not None:
             _cut_out(artist)
     for axes in figure.axes:
-        maps = [*axes.collections, *axes.images]
+        maps: list[Collection | AxesImage] = [*axes.collections, *axes.images]
         axes.patch.set(
             facecolor=GROUND, alpha=float(any(_is_map(artist_of_axes) for artist_of_axes in maps))
         )
 
 
-def _is_map(artist):
+def _is_map(artist: Collection | AxesImage) -> bool:
     """True for numbers shown by colours."""
     array = artist.get_array()
     return array is not None and np.ndim(array) < 3
 
 
-def _turn(artist, name):
+def _turn(artist: Artist, name: str) -> None:
     colour = getattr(artist, f"get_{name}")()
     if not (isinstance(colour, str) and colour == "none"):
         getattr(artist, f"set_{name}")(darken_colour(colour))
 
 
-def _turn_areas(artist):
+def _turn_areas(artist: Artist) -> None:
     """Faces and edges of patches and collections but those whose colours are numbers."""
     faces = getattr(artist, "get_array", lambda: None)() is None
     for name in (*["facecolor"] * faces, "edgecolor"):
@@ -77,7 +87,7 @@ def _turn_areas(artist):
             getattr(artist, f"set_{name}")(turned if isinstance(artist, Collection) else turned[0])
 
 
-def _cut_out(image):
+def _cut_out(image: AxesImage) -> None:
     """Make the white paper of a picture of pixels transparent."""
     pixels = np.asarray(image.get_array())
     if pixels.ndim != 3:

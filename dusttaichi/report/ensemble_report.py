@@ -1,6 +1,9 @@
 """The report of an ensemble or a sweep: curves, numbers, and the runs in 3-D."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +16,11 @@ from dusttaichi.report.interactive import make_interactive
 from dusttaichi.report.page import list_provenance, make_blank_report
 from dusttaichi.report.viewer_particles import MOST, collect_particles
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.report.packing import Content
+
 FIGURES = {
     "ensemble": "Mean and scatter of the replicas",
     "sweep": "Mean and scatter of each point",
@@ -22,7 +30,7 @@ FIGURES = {
 MOST_RUNS = 24  # largest number of runs with particles, evenly chosen
 
 
-def collect_ensemble_data(data, file):
+def collect_ensemble_data(data: xr.Dataset, file: Path) -> Content:
     """Collect the report of a dataset of `analysis.gather` in `file`: a dict for JSON.
 
     Curves, numbers against the swept keys, and the particles of the runs in the same folder.
@@ -30,7 +38,7 @@ def collect_ensemble_data(data, file):
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _make_table(data)
     titles = FIGURES | {row.name: row.title for row in statistics()}
-    failed = []
+    failed: list[tuple[str, str]] = []
     figures = plots.draw_figures(data, failed)
     missing_lines = [
         f"no {quantity}{label and f', {label}'} ({runs}): {problem}"
@@ -55,7 +63,7 @@ def collect_ensemble_data(data, file):
     }
 
 
-def _describe_axes(data):
+def _describe_axes(data: xr.Dataset) -> str:
     replicas, axis_texts = data.sizes["replica"], []
     values = zip(*tables.point_values(data), strict=True)
     for axis, texts in zip(tables.axes_of(data), values, strict=True):
@@ -66,7 +74,7 @@ def _describe_axes(data):
     return ", ".join([*axis_texts, *[f"{replicas} replicas"] * (replicas > 1)])
 
 
-def _make_table(data):
+def _make_table(data: xr.Dataset) -> tuple[list[list[str]], str]:
     """(rows of text, remark): a header, and the numbers, a row for each point or number."""
     axes = tables.axes_of(data)
     if not axes:
@@ -75,11 +83,11 @@ def _make_table(data):
         return [["", "mean ± standard deviation"], *rows], ""
     keys, columns, remark = tables.head_and_columns(data)
     heads = [*(name for name, _ in keys), *(head for head, _ in columns)]
-    rows = zip(*(texts for _, texts in [*keys, *columns]), strict=True)
-    return [heads, *map(list, rows)], remark
+    lines = zip(*(texts for _, texts in [*keys, *columns]), strict=True)
+    return [heads, *map(list, lines)], remark
 
 
-def _list_members(data):
+def _list_members(data: xr.Dataset) -> list[list[str]]:
     """Rows of text: a header, and the status of each run."""
     status = data.status.values.ravel().tolist() if "status" in data else []
     rows = [
@@ -88,7 +96,7 @@ def _list_members(data):
     return [["run", "status"], *rows] if rows else []
 
 
-def _label_runs(data):
+def _label_runs(data: xr.Dataset) -> list[str]:
     """A name for each run, in the order of the axes and then of the replicas."""
     several = data.sizes["replica"] > 1
     ends = [f"replica {n}" if several else "" for n in range(data.sizes["replica"])]
@@ -96,7 +104,7 @@ def _label_runs(data):
     return [", ".join(filter(None, pair)) for pair in ((p, e) for p in points for e in ends)]
 
 
-def _read_views(data, parent):
+def _read_views(data: xr.Dataset, parent: Path) -> list[Content]:
     """Read the particles of the runs in the folder that have snapshots, with their names."""
     if "directory" not in data:  # of an older version
         return []

@@ -4,13 +4,17 @@ Every figure of `dust plot` thus has zoom, values under the pointer and switchab
 further code. A figure of pictures remains a picture.
 """
 
+from __future__ import annotations
+
 import base64
 import io
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
-from matplotlib.colors import to_hex, to_rgba
-from matplotlib.container import ErrorbarContainer
+from matplotlib.colors import to_hex, to_rgba, to_rgba_array
+from matplotlib.container import BarContainer, ErrorbarContainer
 
 from dusttaichi.report.dark import darken
 from dusttaichi.report.layout import (
@@ -23,6 +27,18 @@ from dusttaichi.report.layout import (
     make_stroke,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.collections import Collection
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+    from matplotlib.path import Path as MplPath
+    from numpy.typing import ArrayLike
+
+    from dusttaichi.report.packing import Content
+
 PIXELS = 1160.0  # width of a picture that fills the page
 WIDEST = 8.0  # largest width of a picture in a column [inches]
 SHAPES = {"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"}
@@ -31,7 +47,7 @@ SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v":
            "P": "cross"}  # fmt: skip
 
 
-def make_interactive(figure, name, title):
+def make_interactive(figure: Figure, name: str, title: str) -> Content:
     """Make a dict for the report: name, title, and `data` and `layout` of plotly.js, or an `image`.
 
     Beside an `image` is `image_dark`, for a dark page. figure: a matplotlib Figure, whose colours
@@ -58,7 +74,7 @@ def make_interactive(figure, name, title):
     return {"name": name, "title": title, "data": data, "layout": layout} | size
 
 
-def render_picture(figure):
+def render_picture(figure: Figure) -> str:
     """Render a figure as the data URL of a PNG with the resolution of the page."""
     stream = io.BytesIO()
     dpi = min(max(PIXELS / figure.get_figwidth(), 130.0), 220.0)
@@ -66,13 +82,16 @@ def render_picture(figure):
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"
 
 
-def _convert_axes(axes):
+def _convert_axes(axes: Axes) -> list[Content]:
     """Convert the lines, areas and scattered points of an Axes to traces of plotly.js."""
-    label, traces = _map_labels(axes), []
+    label = _map_labels(axes)
+    traces: list[Content | None] = []
     for area in axes.collections:
         if isinstance(area, PolyCollection) and len(area.get_paths()):
-            traces += [_convert_area(path, area) for path in area.get_paths() if len(path.vertices)]
-        elif isinstance(area, PathCollection) and len(area.get_offsets()):
+            traces += [
+                _convert_area(path, area) for path in area.get_paths() if np.size(path.vertices)
+            ]
+        elif isinstance(area, PathCollection) and np.size(area.get_offsets()):
             traces.append(_convert_points(area))
         elif isinstance(area, LineCollection) and len(area.get_segments()):
             traces.append(_convert_segments(area, label(area)))
@@ -85,12 +104,12 @@ def _convert_axes(axes):
     return [trace for trace in traces if trace is not None]
 
 
-def _map_labels(axes):
+def _map_labels(axes: Axes) -> Callable[[Artist], object]:
     """Map artists to their labels (a function), also members of containers (bars, error bars).
 
     "_of LABEL" for the dependent parts of a container with that label.
     """
-    labels_by_artist = {}
+    labels_by_artist: dict[int, object] = {}
     for container in axes.containers:
         if isinstance(container, ErrorbarContainer):
             first, caps, bars = container.lines
@@ -98,32 +117,32 @@ def _map_labels(axes):
                 id(dependent): f"_of {container.get_label()}" for dependent in (*caps, *bars)
             }
             labels_by_artist[id(first)] = container.get_label()
-        elif getattr(container, "patches", None):
+        elif isinstance(container, BarContainer) and container.patches:
             labels_by_artist[id(container.patches[0])] = container.get_label()
     return lambda artist: labels_by_artist.get(id(artist), artist.get_label())
 
 
-def _make_legend_entry(label):
+def _make_legend_entry(artist_label: object) -> Content:
     """Make name and group in the legend; dependent parts are switched with their container."""
-    label, name = str(label), get_legend_name(label)
+    label, name = str(artist_label), get_legend_name(artist_label)
     group = convert_label(label.removeprefix("_of ")) if label.startswith("_of ") else name
-    named = {"name": name, "showlegend": bool(name)}
+    named: Content = {"name": name, "showlegend": bool(name)}
     named |= {"legendgroup": group} if group else {}
     return named | ({} if name else {"hoverinfo": "x+y"})
 
 
-def _round_numbers(values):
+def _round_numbers(values: ArrayLike) -> list[float | None]:
     """Floats with five digits, or None."""
     values = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
     return [float(f"{v:.5g}") if np.isfinite(v) else None for v in values]
 
 
-def _convert_line(line, label):
+def _convert_line(line: Line2D, label: object) -> Content | None:
     dashed, marker = line.get_linestyle(), line.get_marker()
     lines, marks = dashed not in ("None", "", " "), marker not in ("None", "", " ", None)
-    if not (lines or marks) or not (len(line.get_xdata()) or _make_legend_entry(label)["name"]):
+    if not (lines or marks) or not (np.size(line.get_xdata()) or _make_legend_entry(label)["name"]):
         return None
-    trace = {
+    trace: Content = {
         "type": "scatter",
         "mode": "+".join(["lines"] * lines + ["markers"] * marks),
         "x": _round_numbers(line.get_xdata()) or [None],  # a mere legend entry
@@ -134,7 +153,7 @@ def _convert_line(line, label):
     if marks:
         edge = line.get_markeredgewidth()
         trace["marker"] = {
-            "symbol": SYMBOLS.get(marker, "circle"),
+            "symbol": SYMBOLS.get(str(marker), "circle"),
             "size": (line.get_markersize() * (0.5 if marker == "." else 1.0) + edge) * PER_POINT,
             "color": format_colour(line.get_markerfacecolor()),
             "line": {"color": format_colour(line.get_markeredgecolor()), "width": edge},
@@ -142,8 +161,8 @@ def _convert_line(line, label):
     return trace | _make_legend_entry(label)
 
 
-def _convert_area(path, area):
-    x, y = path.vertices.T
+def _convert_area(path: MplPath, area: Collection) -> Content:
+    x, y = np.asarray(path.vertices).T
     colours = area.get_facecolor()
     colour = colours[0] if len(colours) else (0, 0, 0, 0.1)
     shape = {"type": "scatter", "mode": "lines", "fill": "toself", "line": {"width": 0}}
@@ -156,11 +175,11 @@ def _convert_area(path, area):
     return _make_legend_entry(area.get_label()) | shape | points
 
 
-def _convert_patch(patch, label):
+def _convert_patch(patch: Patch, label: object) -> Content | None:
     """Convert a bar, a step of a histogram or a polygon."""
     path = patch.get_path().transformed(patch.get_patch_transform())
     path.should_simplify = False  # else data units were taken for pixels
-    rings = [r for r in path.to_polygons(closed_only=False) if len(r) > 1]
+    rings = [r for r in map(np.asarray, path.to_polygons(closed_only=False)) if len(r) > 1]
     if not rings or not patch.get_visible():
         return None
     corners = np.concatenate([np.vstack([ring, [np.nan, np.nan]]) for ring in rings])
@@ -171,7 +190,7 @@ def _convert_patch(patch, label):
     return {"type": "scatter", "mode": "lines"} | outline | shape | _make_legend_entry(label)
 
 
-def _convert_points(points):
+def _convert_points(points: PathCollection) -> Content:
     x, y = np.asarray(points.get_offsets()).T
     colours = [format_colour(c) for c in points.get_facecolor()] or ["#444"]
     sizes = np.sqrt(np.asarray(points.get_sizes())) * PER_POINT
@@ -188,13 +207,13 @@ def _convert_points(points):
     return points_trace | {"marker": marker} | _make_legend_entry(points.get_label())
 
 
-def _convert_segments(lines, label):
+def _convert_segments(lines: LineCollection, label: object) -> Content:
     """Convert error bars and similar to one trace, with gaps between the segments."""
     rows = []
     for segment in lines.get_segments():
         rows += [*np.asarray(segment).tolist(), [np.nan, np.nan]]
     x, y = np.array(rows, dtype=float).T
-    colours, widths = lines.get_color(), lines.get_linewidth()
+    colours, widths = to_rgba_array(lines.get_color()), lines.get_linewidth()
     style = {"color": to_hex(colours[0]), "width": float(np.ravel(widths)[0]) * PER_POINT}
     trace = {
         "type": "scatter",

@@ -1,6 +1,9 @@
 """HTML of a run for a notebook."""
 
+from __future__ import annotations
+
 from html import escape
+from typing import TYPE_CHECKING
 
 from dusttaichi.analysis import summarise, tabulate
 from dusttaichi.errors import DustError
@@ -8,6 +11,9 @@ from dusttaichi.plots import draw_figures
 from dusttaichi.report.interactive import render_picture
 from dusttaichi.report.page import render_page
 from dusttaichi.report.viewer_particles import collect_particles
+
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
 
 # main figures in the order of their priority
 MAIN = ("compression", "tensile", "isotropic", "collision", "impact", "dust", "sound_speed")
@@ -17,17 +23,17 @@ HEIGHT = 470  # pixels of the particles in 3-D
 class View:
     """HTML in a frame of a notebook. text: a complete page."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self.text = text
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return (
             f'<iframe srcdoc="{escape(self.text, quote=True)}" width="100%" '
             f'height="{HEIGHT}" style="border:0" loading="lazy"></iframe>'
         )
 
 
-def view_particles(run):
+def view_particles(run: Run) -> View:
     """Show the particles of a Run in 3-D, a View. Raises DustError for a run without snapshots."""
     view = collect_particles(run) if run.tree is not None else None
     if view is None:
@@ -35,7 +41,7 @@ def view_particles(run):
     return View(render_page({"title": run.name, "viewer": view}))
 
 
-def render_run(run):
+def render_run(run: Run) -> str:
     """Render name, numbers with those of the literature, and main figure of a Run as HTML."""
     cells = [[*row] for row in tabulate(summarise(run))]
     rows = "".join(

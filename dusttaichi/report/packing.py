@@ -1,15 +1,24 @@
 """Arrays and quantities as text: differences, byte planes, deflate, base64 (data.js)."""
 
+from __future__ import annotations
+
 import base64
 import zlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Content = dict[str, Any]  # plain data of a page, for its JSON
 
 LEVEL = 6
 OUTLIERS = 99.0  # percentile of a skewed quantity at which its colours end
 
 
-def pack_array(values, rows=1):
+def pack_array(values: ArrayLike, rows: int = 1) -> Content:
     """Pack an array for JSON: a dict, of unsigned integers or of 32-bit floats, as it is.
 
     rows: number of rows of one length; of integers, rows after the first are stored as
@@ -26,7 +35,7 @@ def pack_array(values, rows=1):
     return {"type": data_type, "rows": rows, "data": text}
 
 
-def quantise(values, rows=1):
+def quantise(values: ArrayLike, rows: int = 1) -> Content:
     """Quantise numbers: integers of 16 bits between the smallest and the largest.
 
     The error is half of 1/65535 of the range. Values that are not a number are 0, and
@@ -45,7 +54,7 @@ def quantise(values, rows=1):
     return result if first == 0 else result | {"gap": bottom + 0.5 * step}
 
 
-def make_number_quantity(label, unit, values, rows):
+def make_number_quantity(label: str, unit: str, values: ArrayLike, rows: int) -> Content | None:
     """Make a numerical quantity; its colours end at a percentile if it has outliers."""
     values = np.atleast_2d(values)
     finite = values[np.isfinite(values)]
@@ -58,7 +67,9 @@ def make_number_quantity(label, unit, values, rows):
     return {"label": label, "unit": unit, "kind": "number", "range": [low, high], "data": data}
 
 
-def make_class_quantity(label, values, names, rows):
+def make_class_quantity(
+    label: str, values: ArrayLike, names: Mapping[int, object], rows: int
+) -> Content:
     """Make a quantity of classes. values: class numbers of the particles, names: of the classes."""
     values = np.atleast_2d(values)
     data = pack_array(values.astype("u2"), len(values) if len(values) == rows else 1)

@@ -1,9 +1,14 @@
 """The report of one run or several: its data as JSON, and the HTML with data and code."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi import plots
 from dusttaichi.analysis import summarise, tabulate
@@ -15,6 +20,11 @@ from dusttaichi.report.viewer_particles import collect_particles
 from dusttaichi.results import outputs
 from dusttaichi.results.provenance import __version__
 
+if TYPE_CHECKING:
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.plots.figure_registry import Drawn
+    from dusttaichi.report.packing import Content
+
 MARK = '<meta name="generator" content="dusttaichi'
 NOT_DRAWN = "figure not drawn"
 NOT_SHOWN = (
@@ -23,7 +33,7 @@ NOT_SHOWN = (
 )
 
 
-def collect_report_data(runs):
+def collect_report_data(runs: Sequence[Run]) -> Content:
     """Collect the content of the report of Runs, a dict for JSON: title, lead, runs.
 
     Several runs have a table and figures that compare them.
@@ -44,13 +54,13 @@ def collect_report_data(runs):
     return data
 
 
-def make_blank_report(title, lead):
+def make_blank_report(title: str, lead: str) -> Content:
     """Make a report without content."""
-    empty = {"table": [], "figures": [], "runs": []}
+    empty: Content = {"table": [], "figures": [], "runs": []}
     return {"title": title, "lead": lead, "live": False, "stamp": 0, **empty}
 
 
-def _describe_run(run):
+def _describe_run(run: Run) -> str:
     count, word = (run.attrs.get("particles"), "particles")
     if run.grains:
         count, word = run.grains, "grains"
@@ -64,7 +74,7 @@ def _describe_run(run):
     return f"{count_text} {boundary_texts.get(run.boundary, '')}".strip()
 
 
-def _make_run_entry(run, name):
+def _make_run_entry(run: Run, name: str) -> Content:
     figures, failed = _convert_figures(plots.draw_run(run))
     return {
         "name": name,
@@ -77,26 +87,27 @@ def _make_run_entry(run, name):
     }
 
 
-def list_provenance(attrs):
+def list_provenance(attrs: Mapping[str, Any]) -> list[list[str]]:
     """List the provenance in the attributes of a result, as rows."""
     return [[name, f"{value}"] for name, value in attrs.items() if name not in NOT_SHOWN]
 
 
-def _convert_figures(figure_results):
+def _convert_figures(
+    figure_results: Iterable[Drawn],
+) -> tuple[list[Content], list[tuple[str, str, str]]]:
     """(interactive figures, table rows of the failed ones), of the results of `plots.draw_run`."""
     interactive_figures, failed = [], []
     for row, figure, problem in figure_results:
         try:
-            interactive_figures += (
-                [] if problem else [make_interactive(figure, row.name, row.title)]
-            )
+            if figure is not None and not problem:
+                interactive_figures.append(make_interactive(figure, row.name, row.title))
         except Exception as error:  # does not affect the others
             problem = reason(error)
         failed += [(NOT_DRAWN, f"{row.title}: {problem}", "")] if problem else []
     return interactive_figures, failed
 
 
-def _compare_numbers(runs):
+def _compare_numbers(runs: Sequence[Run]) -> list[list[str]]:
     """Rows of the numbers, a column for each run."""
     tables = [
         dict((heading, value) for heading, value, _ in tabulate(summarise(run))) for run in runs
@@ -110,22 +121,22 @@ def _compare_numbers(runs):
 
 
 @cache
-def read_asset(name):
+def read_asset(name: str) -> str:
     """Read the text of a bundled file."""
     return resources.files("dusttaichi.report").joinpath("assets", name).read_text("utf-8")
 
 
-def format_json(data):
+def format_json(data: object) -> str:
     """JSON that is valid in HTML: without infinities and ends of scripts."""
     return json.dumps(convert_value(data), ensure_ascii=False, allow_nan=False).replace(
         "<", "\\u003c"
     )
 
 
-def render_page(data):
+def render_page(data: Content) -> str:
     """Render the report of `collect_report_data` as one self-contained HTML text."""
 
-    def script(name):
+    def script(name: str) -> str:
         return read_asset(name).replace("</script", "<\\/script")
 
     licence = read_asset("LICENSES.txt").replace("--", "- -")
@@ -148,11 +159,11 @@ def render_page(data):
     )
 
 
-def check_output(path):
+def check_output(path: str | Path) -> Path:
     """The Path of a report, if it may be written. Raises DustError; see results.outputs."""
     return outputs.check(path, MARK)
 
 
-def write(data, path):
+def write(data: Content, path: str | Path) -> Path:
     """Write the report to `path`; returns it. Raises DustError where it cannot be written."""
     return outputs.write(path, render_page(data), MARK)

@@ -1,8 +1,13 @@
 """Choice of the particles of a large run that a report shows: a slice, or random ones."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 
 from dusttaichi.results.datasets import read_variables
 
@@ -22,15 +27,15 @@ class Selection:
     text: str = ""
 
     @property
-    def size(self):
+    def size(self) -> int:
         """Number of the shown particles."""
         return self.count if self.numbers is None else len(self.numbers)
 
-    def take(self, values):
+    def take(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values of the shown particles, of those of all (count, ...)."""
         return values if self.numbers is None else values[self.numbers]
 
-    def renumber(self, pairs):
+    def renumber(self, pairs: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
         """(True for pairs of shown particles (C,), these pairs by the numbers of the shown)."""
         if self.numbers is None:
             return np.ones(len(pairs), dtype=bool), pairs
@@ -39,15 +44,16 @@ class Selection:
         inside = (rank[pairs] >= 0).all(axis=1)
         return inside, rank[pairs[inside]]
 
-    def read(self, frames):
+    def read(self, frames: xr.Dataset) -> xr.Dataset:
         """The snapshots (an xarray.Dataset that is read when used) of the shown particles."""
         dimension = next((name for name in DIMENSIONS if name in frames.dims), None)
         if self.numbers is None or dimension is None:
             return read_variables(frames)
 
-        def read(variable):
+        def read(variable: xr.Variable) -> NDArray[Any]:
             if dimension not in variable.dims:
-                return variable.values
+                values: NDArray[Any] = variable.values
+                return values
             if "snapshot" not in variable.dims:
                 return self.take(variable.values)
             # a snapshot at a time: a file is slow to read by many single numbers
@@ -57,7 +63,9 @@ class Selection:
         return read_variables(frames, read)
 
 
-def select_particles(frames, flat=False, max_count=MOST_SHOWN):
+def select_particles(
+    frames: xr.Dataset, flat: bool = False, max_count: int = MOST_SHOWN
+) -> Selection:
     """Select at most `max_count` particles of these snapshots, the same in all.
 
     Those nearest to the middle plane across y in the last snapshot, so that contacts remain; of a

@@ -1,6 +1,12 @@
 """Contacts of grains for the viewer, and the quantities of grains that follow from them."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.fragments import label_fragments
 from dusttaichi.analysis.frame import compute_normal_force, read_frame
@@ -13,22 +19,34 @@ from dusttaichi.report.packing import (
     quantise,
 )
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.frame import Frame
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.report.packing import Content
+    from dusttaichi.report.selection import Selection
+
 NEEDED = ("grain", "grain_i", "grain_j", "wall", "overlap", "normal_force", "loss")  # of contacts
 FRAGMENTS = 7  # largest ones with separate classes; the others share the last
 SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
 COORDINATION, BODY, DISSIPATED = "coordination number", "body", "energy dissipated in contacts"
 
 
-def collect_contacts(run, frames, selection):
+def collect_contacts(
+    run: Run, frames: xr.Dataset, selection: Selection
+) -> tuple[Content | None, list[Content | None]]:
     """Collect (contacts of all snapshots, quantities that follow from them); (None, []) without.
 
     selection: the Selection of the grains that are shown, to which `frames` is reduced. Contacts
     are those between them; numbers of a grain count all of its contacts.
     """
-    if "contacts" not in run.tree.children or "contact_count" not in frames:
+    tree = run.tree
+    if tree is None or "contacts" not in tree.children or "contact_count" not in frames:
         return None, []
     count, rows = selection.count, frames.sizes["snapshot"]
-    steps = run.tree["snapshots"].step.values
+    steps = tree["snapshots"].step.values
     numbers = [int(np.flatnonzero(steps == step)[-1]) for step in frames.step.values]
     ends, forces, coordination, labels, load, losses = [], [], [], [], [], []
     for number in numbers:
@@ -44,7 +62,9 @@ def collect_contacts(run, frames, selection):
         label = np.minimum(label_fragments(frame, frame.radius**3), FRAGMENTS)
         labels.append(selection.take(label))
         losses += (
-            [] if "loss" not in frame.contacts else [selection.take(sum_dissipation(run, frame))]
+            []
+            if "loss" not in frame.require_contacts()
+            else [selection.take(sum_dissipation(run, frame))]
         )
         if pair_forces is not None:
             forces.append(np.concatenate([pair_forces[between][order], wall_forces[reached]]))
@@ -54,11 +74,11 @@ def collect_contacts(run, frames, selection):
             )
             sums = np.bincount(grains, np.abs(np.concatenate(forces_of_ends)), minlength=count)
             load.append(selection.take(sums))
-    quantities = [
+    quantities: list[Content | None] = [
         make_number_quantity(COORDINATION, "", np.array(coordination), rows),
         make_class_quantity("fragment", np.array(labels), _name_fragments(labels), rows),
     ]
-    contacts = {"counts": [len(e) for e in ends], "force": None}
+    contacts: Content = {"counts": [len(e) for e in ends], "force": None}
     contacts["ends"] = pack_array(np.concatenate(ends).astype("u4")) if ends else None
     if forces:
         everything = np.concatenate(forces)
@@ -80,15 +100,16 @@ def collect_contacts(run, frames, selection):
     return contacts, quantities
 
 
-def sum_dissipation(run, frame):
+def sum_dissipation(run: Run, frame: Frame) -> Floats:
     """Sum the energy dissipated in the present contacts of each grain [J], (grains,).
 
     Since they formed: half of the energy for each of two grains, all of it at a wall or the
     rigid sphere.
     """
-    count, pairs = len(frame.radius), frame.contacts
+    count, pairs = len(frame.radius), frame.require_contacts()
     half = 0.5 * pairs.loss.sum("channel").values
-    energies = np.bincount(frame.pairs.T.ravel(), np.tile(half, 2), minlength=count)
+    energies = np.zeros(count)
+    energies += np.bincount(frame.pairs.T.ravel(), np.tile(half, 2), minlength=count)
     for contacts in _read_boundary_contacts(run, frame):
         if "loss" in contacts:
             grains = contacts.grain.values.astype(int)
@@ -96,15 +117,15 @@ def sum_dissipation(run, frame):
     return energies
 
 
-def _read_boundary_contacts(run, frame):
+def _read_boundary_contacts(run: Run, frame: Frame) -> list[xr.Dataset]:
     """Read the contacts of a Frame with walls and with the rigid sphere, if any."""
     groups = [] if frame.wall_contacts is None else [frame.wall_contacts]
-    if "sphere_contacts" in run.tree.children:
+    if run.tree is not None and "sphere_contacts" in run.tree.children:
         groups.append(run.contacts(frame.number, "sphere_contacts", NEEDED))
     return groups
 
 
-def _list_wall_contacts(run, frame, forces):
+def _list_wall_contacts(run: Run, frame: Frame, forces: bool) -> tuple[NDArray[np.integer], Floats]:
     """List contacts of grains with walls and the rigid sphere, (n, 2), and normal forces [N], (n,).
 
     The second end is the number of the wall, 6 for the sphere. With `forces` only contacts that
@@ -123,7 +144,7 @@ def _list_wall_contacts(run, frame, forces):
     return np.concatenate(ends).astype(int), np.concatenate(wall_forces)
 
 
-def _name_fragments(labels):
+def _name_fragments(labels: Iterable[NDArray[np.integer]]) -> dict[int, str]:
     last = int(max(label.max() for label in labels))
     names = {n: "largest" if n == 0 else f"no. {n + 1}" for n in range(min(last + 1, FRAGMENTS))}
     return names | ({FRAGMENTS: "smaller"} if last >= FRAGMENTS else {})

@@ -1,6 +1,12 @@
 """Snapshots of a run for the 3-D viewer: grains, or particles of a continuum."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.analysis.cycles import compute_cell_pressure
 from dusttaichi.plots import style
@@ -14,6 +20,13 @@ from dusttaichi.report.selection import MOST_SHOWN, select_particles
 from dusttaichi.report.viewer_contacts import BODY, COORDINATION, DISSIPATED, collect_contacts
 from dusttaichi.results.datasets import take_records
 from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID, WALL
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dusttaichi.analysis.run import Run
+    from dusttaichi.physics.geometry import Floats
+    from dusttaichi.report.packing import Content
 
 ALL_DISSIPATED = "energy dissipated since the start"
 MOST = 600_000  # particles times snapshots in a report: some 25 MB with their contacts
@@ -29,7 +42,7 @@ ROLES = {
 }
 
 
-def collect_particles(run, max_points=MOST):
+def collect_particles(run: Run, max_points: int = MOST) -> Content | None:
     """Data of a Run for the viewer, None without snapshots.
 
     max_points: largest number of particles times snapshots.
@@ -55,7 +68,8 @@ def collect_particles(run, max_points=MOST):
     rows = x.shape[0]
     grains = "radius" in frames
     pairs, contact_quantities = collect_contacts(run, frames, selection) if grains else (None, [])
-    quantities = [*contact_quantities, *_list_quantities(run, frames, radius / scale, unit)]
+    available = [*contact_quantities, *_list_quantities(run, frames, radius / scale, unit)]
+    quantities = [quantity for quantity in available if quantity is not None]
     radius_rows = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
     selection_text = [selection.text] if selection.text else []
     return {
@@ -78,7 +92,7 @@ def collect_particles(run, max_points=MOST):
     }
 
 
-def choose_colour(run, labels):
+def choose_colour(run: Run, labels: Sequence[str]) -> int:
     """Choose the number of the initial colouring.
 
     By the energy dissipated if it is recorded; else by body for a collision, by coordination
@@ -88,26 +102,27 @@ def choose_colour(run, labels):
     return next((labels.index(label) for label in preferred_labels if label in labels), 0)
 
 
-def choose_snapshots(frames, max_points=MOST):
+def choose_snapshots(frames: xr.Dataset, max_points: int = MOST) -> NDArray[np.intp]:
     """Choose the numbers of the snapshots in a report, evenly from the last to the first."""
     count, size = frames.sizes["snapshot"], min(frames.position.shape[1], MOST_SHOWN)
     max_points = max(max_points // max(size, 1), 1)
     return np.unique(np.linspace(count - 1, 0, min(count, max_points)).round().astype(int))
 
 
-def compute_radii(run, frames):
+def compute_radii(run: Run, frames: xr.Dataset) -> Floats:
     """Radii of the drawn spheres [m]: of grains (count,), or of particles (frames, count).
 
     A particle has half of the edge of the cube (in two dimensions the square) of its volume.
     """
     if "radius" in frames:
-        return frames.radius.values
+        radius: Floats = frames.radius.values
+        return radius
     dimension = int(run.attrs.get("dimension", 3))
     volume = np.asarray(frames.mass.values / frames.density.values)
     return np.atleast_2d(0.5 * volume ** (1.0 / dimension))
 
 
-def describe_snapshots(run, frames):
+def describe_snapshots(run: Run, frames: xr.Dataset) -> list[str]:
     """Describe each snapshot: time, filling factor, pressure and shear strain, if recorded."""
     series, lines = run.series, []
     factor, unit = style.choose_unit(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
@@ -128,7 +143,7 @@ def describe_snapshots(run, frames):
     return lines
 
 
-def _get_pressure(series):
+def _get_pressure(series: xr.Dataset) -> Floats | None:
     """Pressure over the series [Pa], (times,): of the cell, or on the top wall.
 
     None where neither is recorded or all are 0.
@@ -142,10 +157,12 @@ def _get_pressure(series):
     return pressure if np.nanmax(np.abs(pressure), initial=0.0) > 0.0 else None
 
 
-def _list_quantities(run, frames, radius, unit):
+def _list_quantities(
+    run: Run, frames: xr.Dataset, radius: Floats, unit: str
+) -> list[Content | None]:
     """Quantities of the particles of any method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
-    quantities = []
+    quantities: list[Content | None] = []
     if "grain_loss" in frames:
         quantities += list_dissipation(frames.grain_loss, rows)
     if "density" in frames:
@@ -165,10 +182,10 @@ def _list_quantities(run, frames, radius, unit):
         bodies = frames.body.values
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
         quantities.append(make_class_quantity("body", bodies + 1, names, rows))
-    return [quantity for quantity in quantities if quantity is not None]
+    return quantities
 
 
-def list_dissipation(loss, rows):
+def list_dissipation(loss: xr.DataArray, rows: int) -> list[Content | None]:
     """List the energy dissipated at each grain since the start: in total and by channel.
 
     loss [J]: (snapshots, grains, channels).
@@ -185,7 +202,7 @@ def list_dissipation(loss, rows):
     return quantities
 
 
-def _list_continuum_quantities(run, frames, rows):
+def _list_continuum_quantities(run: Run, frames: xr.Dataset, rows: int) -> list[Content | None]:
     density, role = frames.density.values, np.broadcast_to(frames.role.values, frames.density.shape)
     dust, stressed = np.isin(role, (DUST, FIXED)), np.isin(role, (DUST, FIXED, ELASTIC))
     quantities = []
@@ -210,14 +227,14 @@ def _list_continuum_quantities(run, frames, rows):
     return quantities
 
 
-def _list_faces(frames, scale):
+def _list_faces(frames: xr.Dataset, scale: float) -> list[list[float | None]] | None:
     if "box" not in frames:
         return None
     faces = frames.box.values / scale
     return [[round(v, 6) if np.isfinite(v) else None for v in row] for row in faces.tolist()]
 
 
-def _get_sphere(run, frames, scale):
+def _get_sphere(run: Run, frames: xr.Dataset, scale: float) -> Content | None:
     if "sphere_position" not in frames:
         return None
     centres = np.round(frames.sphere_position.values / scale, 6).tolist()

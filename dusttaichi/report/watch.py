@@ -1,11 +1,15 @@
 """The live report of a running run, served to this machine alone."""
 
+from __future__ import annotations
+
 import threading
 import time as real_time
 import webbrowser
+from collections.abc import Callable
 from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlparse
 
 from dusttaichi.analysis import open_run
@@ -14,13 +18,18 @@ from dusttaichi.errors import DustError
 from dusttaichi.report.page import collect_report_data, format_json, render_page
 from dusttaichi.results.files import parts_folder
 
+if TYPE_CHECKING:
+    from threading import Event
+
+    from dusttaichi.report.packing import Content
+
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
 SHARE = 0.1  # of a core's time for the report: it is updated after ten times its run time
 LAST = 6.0  # s during which a page may fetch the end before the server ends
 
 
-def find_result_file(path):
+def find_result_file(path: str | Path) -> Path:
     """Find the result file of a run, which need not exist yet: of its directory, or itself."""
     path = Path(path)
     return path / "result.nc" if path.is_dir() or not path.suffix else path
@@ -29,12 +38,13 @@ def find_result_file(path):
 class Source:
     """Data of the report of a run, updated when the result grows and SHARE allows it."""
 
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         self.path = find_result_file(path)
-        self._data, self._next, self._seen = None, 0.0, None
+        self._data: Content | None = None
+        self._next, self._seen = 0.0, [("", 0, 0)]
         self._lock = threading.Lock()
 
-    def data(self):
+    def data(self) -> Content:
         """Current `collect_report_data`, with `live` and a `stamp` that grows with every update.
 
         Raises DustError where there is no result yet.
@@ -46,13 +56,13 @@ class Source:
                 with explain_foreign_errors([self.path]), open_run(self.path) as run:
                     new_data = collect_report_data([run])
                     new_data["live"] = run.status == "running"
-                stamp = self._data["stamp"] + 1 if self._data else 1
-                self._data, self._seen = new_data | {"stamp": stamp}, change_stamp
+                new_data["stamp"] = self._data["stamp"] + 1 if self._data else 1
+                self._data, self._seen = new_data, change_stamp
                 elapsed = real_time.monotonic() - start
                 self._next = real_time.monotonic() + elapsed / SHARE
             return self._data
 
-    def _read_change_stamp(self):
+    def _read_change_stamp(self) -> list[tuple[str, int, int]]:
         """Read a value that changes when the result grows: of its file and its segments."""
         stamp = []
         for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
@@ -69,7 +79,9 @@ class Source:
 class Handler(BaseHTTPRequestHandler):
     """The report, and its data after a stamp: 204 without an update."""
 
-    def do_GET(self):
+    server: Server
+
+    def do_GET(self) -> None:
         if not self._is_from_this_machine():
             return self._answer(403, "text/plain", f"only {self.server.url} is served")
         url = urlparse(self.path)
@@ -87,12 +99,12 @@ class Handler(BaseHTTPRequestHandler):
             return self._answer(204, "application/json", "")
         return self._answer(200, "application/json", format_json(data))
 
-    def _is_from_this_machine(self):
+    def _is_from_this_machine(self) -> bool:
         """False for a request with another host name, as by DNS rebinding of a foreign page."""
         host, _, port = self.headers.get("Host", "").rpartition(":")
         return host in NAMES and port == str(self.server.server_address[1])
 
-    def _answer(self, code, content_type, text):
+    def _answer(self, code: int, content_type: str, text: str) -> None:
         body = text.encode()
         self.send_response(code)
         self.send_header("Content-Type", content_type)
@@ -104,7 +116,7 @@ class Handler(BaseHTTPRequestHandler):
         except (BrokenPipeError, ConnectionResetError):
             pass  # the browser was closed
 
-    def log_message(self, *_):
+    def log_message(self, *_: object) -> None:
         """The terminal belongs to the run."""
 
 
@@ -113,7 +125,7 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, path, port=0):
+    def __init__(self, path: str | Path, port: int = 0) -> None:
         self.source = Source(path)
         try:
             super().__init__((HOST, port), Handler)
@@ -121,11 +133,18 @@ class Server(ThreadingHTTPServer):
             raise DustError(f"--port {port}: {error.strerror or error}; 0 takes any.") from error
 
     @property
-    def url(self):
+    def url(self) -> str:
         return f"http://{HOST}:{self.server_address[1]}/"
 
 
-def serve(path, port=0, *, browse=True, announce=print, stop=None):
+def serve(
+    path: str | Path,
+    port: int = 0,
+    *,
+    browse: bool = True,
+    announce: Callable[[str], None] = print,
+    stop: Event | None = None,
+) -> None:
     """Serve the report of a run until Ctrl-C, or until a moment after `stop` (an Event) is set.
 
     announce: called with the address. browse: open it in the user's browser.

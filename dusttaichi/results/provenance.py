@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import yaml
 
 from dusttaichi.compute import compiler, processor
-from dusttaichi.compute.version import __version__
+from dusttaichi.compute.version import __version__ as __version__
 from dusttaichi.results.plain import plain
 
 

@@ -122,7 +122,7 @@ def _draw_sweep(data: xr.Dataset, sweep: Sweep) -> tuple[list[Path], list[tuple[
     statistics = list(plots.draw_statistics(data))
     drawn = {sweep.file.with_suffix(".png"): plots.ensemble(data)}
     for row, figure, reason in statistics:
-        if not reason:
+        if figure is not None and not reason:
             drawn[sweep.file.with_name(f"{row.name}.png")] = figure
     undrawn = [(row.title, reason) for row, _, reason in statistics if reason]
     return [plots.save(figure, path) for path, figure in drawn.items()], undrawn

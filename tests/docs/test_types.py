@@ -41,6 +41,7 @@ STRICT = [
     "export",
     "samples",
     "plots",
+    "report",
     "studies",
     "units.py",
     "errors.py",
