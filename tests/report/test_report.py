@@ -345,6 +345,7 @@ def test_what_was_asked_for_colours_at_first(data):
     frame = SimpleNamespace(
         radius=np.ones(3), contacts=lost, wall_contacts=None, pairs=np.array([[0, 1], [1, 2]])
     )
+    frame.require_contacts = lambda: lost
     run = SimpleNamespace(tree=SimpleNamespace(children=()))
     assert viewer_contacts.sum_dissipation(run, frame).tolist() == [1.0, 3.0, 2.0]
     labels = ["coordination number", viewer_contacts.BODY, viewer_contacts.DISSIPATED]
