@@ -50,6 +50,9 @@ class Scene(Block):
     """
 
     SERIES_STEPS: ClassVar[int] = 1000  # between records where nothing is strained
+    # keys of the common blocks drive, output and stop that the method does not read, for example
+    # "drive.sphere_speed", with the reason and advice: another value than the default is refused
+    IGNORED: ClassVar[Mapping[str, str]] = {}
 
     name: RunName = Field(
         description="name of the run and of its directory: letters, digits, `.`, `_`, `-`"

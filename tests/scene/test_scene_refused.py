@@ -361,6 +361,30 @@ def test_words_of_the_other_method_and_plain_numbers(key, text, word):
     assert word in str(error.value)
 
 
+@pytest.mark.parametrize(
+    "key, text, path",
+    [
+        ("drive", "{sphere_speed: [0 m/s, 0 m/s, 1 m/s]}", "stages[0].drive.sphere_speed"),
+        ("drive", "{push: [{grains: [0], force: [0 nN, 0 nN, 1 nN]}]}", "stages[0].drive.push"),
+        ("output", "{contacts: false}", "output.contacts"),
+        ("output", "{forces: off}", "output.forces"),
+    ],
+)
+def test_keys_that_a_method_does_not_read_are_refused(key, text, path):
+    """Not one of them in silence; defaults, which a resolved scene writes, are no fault."""
+    lines = dict(CONTINUUM)
+    if key == "drive":
+        lines["stages"] = f"[{{name: b, drive: {text}, stop: {lines.pop('stop')}}}]"
+    else:
+        lines[key] = text
+    with pytest.raises(DustError) as error:
+        from_yaml("\n".join(f"{name}: {value}" for name, value in lines.items()))
+    (fault,) = str(error.value).splitlines()[1:]
+    scene = from_yaml("\n".join(f"{name}: {value}" for name, value in CONTINUUM.items()))
+    assert path in fault and fault.endswith(type(scene).IGNORED[".".join(path.split(".")[-2:])])
+    assert from_yaml(scene.to_yaml()) == scene
+
+
 def test_the_table_of_keys_names_the_law_of_sizes():
     keys = {row.path: row for row in list_keys()}
     laws = {

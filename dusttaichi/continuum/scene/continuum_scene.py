@@ -1,5 +1,6 @@
 """A scene of the method `continuum`: materials and bodies of dust."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -26,6 +27,14 @@ class ContinuumScene(MaterialsScene):
     """A run of dust as a continuum (Güttler et al. 2009); all quantities are SI floats."""
 
     SERIES_STEPS: ClassVar[int] = 5  # each of which the method divides into eight or more
+    IGNORED: ClassVar[Mapping[str, str]] = {
+        "drive.sphere_speed": "it is for the sphere of method: grains; rigid and elastic bodies of "
+        "a continuum keep the speed of their block in `sample`",
+        "drive.push": "pushes act on grains; give a body of `sample` a speed, or use gravity or "
+        "`forces`",
+        "output.contacts": "a continuum has no contacts between grains; leave it out",
+        "output.forces": "a continuum has no contacts between grains; leave it out",
+    }
 
     order: ClassVar[str] = (
         "name extensions method dimension material materials sample charge gravity forces boundary "

@@ -5,7 +5,7 @@ from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.checks import drive, stop
 from dusttaichi.scene.checks.protocol import Scene
-from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.fields import Block, Faults
 from dusttaichi.scene.output import becomes_due
 from dusttaichi.scene.stage import StagePlan
 
@@ -18,7 +18,22 @@ def check(scene: Scene) -> Faults:
         for path, plan in zip(prefixes, scene.stage_plans, strict=True):
             faults += [*drive.check_drive(scene, path, plan), *stop.check_stop(scene, path, plan)]
             faults += _check_intervals(scene, path, plan)
+    faults += _check_ignored_keys(scene)
     return [*faults, *_check_stress(scene), *_check_variables(scene)]
+
+
+def _check_ignored_keys(scene: Scene) -> Faults:
+    """Refuse keys of the common blocks that the method of the scene does not read."""
+    blocks: list[tuple[str, str, Block | None]] = [("output", "output", scene.output)]
+    blocks.append(("stop", "stop", scene.stop))
+    for n, stage in enumerate(scene.stages):
+        blocks.append(("drive", f"stages.{n}.drive", stage.drive))
+        blocks.append(("stop", f"stages.{n}.stop", stage.stop))
+    for name, path, block in blocks:
+        for key, item in type(block).model_fields.items() if block is not None else ():
+            text = scene.IGNORED.get(f"{name}.{key}")
+            if text is not None and getattr(block, key) != item.get_default():
+                yield f"{path}.{key}", text
 
 
 def _check_intervals(scene: Scene, path: str, plan: StagePlan) -> Faults:

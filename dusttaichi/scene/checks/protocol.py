@@ -1,6 +1,7 @@
 """A scene as the checks see it, whose class imports them."""
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import ClassVar, Protocol
 
 from dusttaichi.scene.boundary import BoundaryBlock
 from dusttaichi.scene.numerics import CommonNumerics
@@ -11,6 +12,8 @@ from dusttaichi.scene.stop import Stop
 
 class Scene(Protocol):
     """Blocks that all methods share."""
+
+    IGNORED: ClassVar[Mapping[str, str]]
 
     @property
     def method(self) -> str: ...
