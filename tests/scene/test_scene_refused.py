@@ -381,7 +381,7 @@ def test_keys_that_a_method_does_not_read_are_refused(key, text, path):
         from_yaml("\n".join(f"{name}: {value}" for name, value in lines.items()))
     (fault,) = str(error.value).splitlines()[1:]
     scene = from_yaml("\n".join(f"{name}: {value}" for name, value in CONTINUUM.items()))
-    assert path in fault and fault.endswith(type(scene).IGNORED[".".join(path.split(".")[-2:])])
+    assert path in fault and type(scene).IGNORED[".".join(path.split(".")[-2:])] in fault
     assert from_yaml(scene.to_yaml()) == scene
 
 

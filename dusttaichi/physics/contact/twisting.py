@@ -10,7 +10,7 @@ from dusttaichi.physics.contact.effect_numbers import Constant, History
 
 NUMBERS = {
     "k_t": Constant("N m", "twisting stiffness"),
-    "phi_crit": Constant("rad", "largest elastic twist"),
+    "phi_crit": Constant("rad", "largest elastic twisting angle"),
 }
 HISTORY = {"twist": History("rad", "twisting angle", result="twist")}
 CHANNEL = "twisting"
