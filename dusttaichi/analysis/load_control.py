@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,41 +17,67 @@ if TYPE_CHECKING:
     from dusttaichi.analysis.run import Run
 
 
+CONTROLLED = {"force": "surface_load", "pressure": "surface_pressure"}
+"""Controlled load of a surface -> the variable of the result."""
 CLOSE = 0.05  #: Relative deviation from the controlled load up to which it counts as reached.
 
 
 @dataclass(frozen=True)
 class LoadControl:
-    """Loads of one stage that controls a pressure or stresses."""
+    """Loads of one stage that controls a pressure or stresses, or the load of a surface."""
 
     stage: str  #: Name of the stage.
+    surface: str  #: Name of the surface, "" of the load on a wall or of a cell.
     missed_share: float  #: Share of its time in records that deviate by more than CLOSE.
     lowest: float  #: Smallest load of a record over the controlled one, along any axis.
     highest: float  #: Largest one.
 
 
 def measure_load_control(run: Run) -> list[LoadControl]:
-    """LoadControl of every stage of a run that controls a load, in order.
+    """LoadControl of every stage of a run that controls a load, in order, and of each surface.
 
     Records have averages over their time. A stress of 0 is compared with the largest of the others.
     """
-    controls = (_measure_stage(stage) for stage in run.parts if len(stage.series.time))
-    return [control for control in controls if control is not None]
+    return [control for stage in run.parts for control in _measure_stage(stage)]
 
 
-def _measure_stage(stage: Run) -> LoadControl | None:
-    loads = _compute_relative_loads(stage)
-    if loads is None:
-        return None
+def _measure_stage(stage: Run) -> Iterator[LoadControl]:
     series = stage.series
+    if not len(series.time):
+        return
+    of_room = _compute_relative_loads(stage)
+    loads_by_surface = {} if of_room is None else {"": of_room}
+    loads_by_surface |= _compute_surface_loads(stage)
     steps = np.diff(series.step.values, prepend=int(stage.start.step)).astype(float)
-    is_measured = np.isfinite(loads).all(axis=1) & (steps > 0.0)  # not the record before any motion
-    if not is_measured.any():
-        return None
-    loads, steps = loads[is_measured], steps[is_measured]
-    missed = (np.abs(loads - 1.0) > CLOSE).any(axis=1)
-    missed_share = float(steps[missed].sum() / steps.sum())
-    return LoadControl(stage.stage_name, missed_share, float(loads.min()), float(loads.max()))
+    for surface, loads in loads_by_surface.items():
+        # not the record before any motion
+        is_measured = np.isfinite(loads).all(axis=1) & (steps > 0.0)
+        if not is_measured.any():
+            continue
+        loads, times = loads[is_measured], steps[is_measured]
+        missed = (np.abs(loads - 1.0) > CLOSE).any(axis=1)
+        missed_share = float(times[missed].sum() / times.sum())
+        yield LoadControl(
+            stage.stage_name, surface, missed_share, float(loads.min()), float(loads.max())
+        )
+
+
+def _compute_surface_loads(stage: Run) -> dict[str, NDArray[np.float64]]:
+    """Loads over the controlled ones, (times, 1), of each surface that a stage presses, by name."""
+    series, loads = stage.series, {}
+    if "surface_load" not in series:
+        return {}
+    drives = find_drive(stage).get("surfaces") or {}
+    names, blocks = series.surface.values.tolist(), stage.scene.get("surfaces", ())
+    for n, block in enumerate(blocks, start=len(names) - len(blocks)):  # behind a tube
+        drive = drives.get(block.get("name")) or {}
+        is_replaced = any(drive.get(key) is not None for key in ("force", "pressure", "velocity"))
+        source = drive if is_replaced else block
+        for key, variable in CONTROLLED.items():
+            if source.get(key) is not None:
+                prescribed = parse(source[key], key)
+                loads[names[n]] = series[variable].values[:, n, None] / prescribed
+    return loads
 
 
 def _compute_relative_loads(stage: Run) -> NDArray[np.float64] | None:

@@ -201,7 +201,7 @@ def _sample(scene, preparation):
         rows.append(("materials", ", ".join(material_names)))
         masses = (bodies.mass.min(), bodies.mass.max())
         mass = " to ".join(quantities.format(m, "mass", digits=5) for m in masses)
-    rows += [("mass of a grain", mass), *_sizes(preparation.domain, info)]
+    rows += [("mass of a grain", mass), *_sizes(preparation.domain, info, bool(scene.surfaces))]
     named = {
         "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
@@ -224,8 +224,11 @@ def _sample(scene, preparation):
     return rows + [("note", text) for text in info.get("remarks", ())]
 
 
-def _sizes(domain, info):
-    """Rows of the measures of a sample (samples.describe) in a Domain."""
+def _sizes(domain, info, has_surfaces):
+    """Rows of the measures of a sample (samples.describe) in a Domain.
+
+    has_surfaces: whether the scene has `surfaces`, behind which the box goes on.
+    """
     network, edges, rows = info["network"], domain.lengths(0), []
     axes = [] if domain.cell is None else list(domain.cell.axes)
     if axes:
@@ -251,7 +254,10 @@ def _sizes(domain, info):
         (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),
     ]
     if domain.bounded and len(axes) < 3:
-        rows.append(("filling factor of the box", f"{domain.clock().filling_factor_at(0):.4g}"))
+        behind = ", with the space behind surfaces" if has_surfaces else ""
+        rows.append(
+            ("filling factor of the box", f"{domain.clock().filling_factor_at(0):.4g}{behind}")
+        )
     return [*rows, (f"radius of gyration{of}", gyration)]
 
 

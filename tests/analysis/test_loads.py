@@ -333,3 +333,35 @@ def test_the_share_of_a_stage_in_which_its_load_was_missed():
     mixed = run("boundary: {kind: periodic, stress: [-2 kPa, 0 Pa, free]}", stress=stress)
     assert analysis.measure_load_control(mixed)[0].missed_share == pytest.approx(0.5, abs=1.0 / N)
     assert analysis.measure_load_control(run(pressure=pressure)) == []
+
+
+def test_the_share_of_a_stage_in_which_the_load_of_a_surface_was_missed():
+    """By the same times: of the piston that a stage presses, not of a plate that keeps its force,
+    as its own block says, nor in a stage that moves the piston at a velocity."""
+    piston = "{kind: plane, name: piston, normal: [0, 0, -1], pressure: 1 kPa}"
+    plate = "{kind: plane, name: plate, normal: [0, 0, 1], force: 2 nN}"
+    press, move = "{piston: {pressure: 4 kPa}}", "{piston: {velocity: [0 m/s, 0 m/s, 1 m/s]}}"
+    scene = (
+        f"surfaces: [{piston}, {plate}]\n"
+        f"stages: [{{name: press, drive: {{surfaces: {press}}}}},"
+        f" {{name: move, drive: {{surfaces: {move}}}}}, {{name: keep}}]"
+    )
+    pressure, load = np.full((12, 3), np.nan), np.full((12, 3), 2e-9)
+    pressure[:, 1] = [0.0, 1e3, 4e3, 4e3, 4.1e3, 0.0, 0.0, 0.0, 1e3, 1e3, 1e3, 0.9e3]
+    stage = np.repeat([0, 1, 2], [5, 3, 4])
+    pressed = run(
+        scene, "press move keep", stage=stage, surface_pressure=pressure, surface_load=load
+    )
+    pressed.series = pressed.series.assign_coords(surface=["tube", "piston", "plate"])
+    controls = analysis.measure_load_control(pressed)
+    shares = {(c.stage, c.surface): c.missed_share for c in controls}
+    assert shares == {
+        ("press", "piston"): pytest.approx(1 / 4),
+        ("press", "plate"): 0.0,
+        ("move", "plate"): 0.0,
+        ("keep", "piston"): pytest.approx(1 / 4),
+        ("keep", "plate"): 0.0,
+    }
+    rows = [row[0] for row in tabulate(summarise(pressed))]
+    assert "load within 5 % on piston in press" in rows
+    assert summarise(pressed)["load_missed_share"] == pytest.approx(1 / 4)

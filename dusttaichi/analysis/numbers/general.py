@@ -100,7 +100,8 @@ def _format_load_control(
     """A row of each stage; value: LoadControls as dicts."""
     rows = []
     for load in value:
-        stage = f" in {load['stage']}" if load["stage"] else ""
+        surface = f" on {load['surface']}" if load["surface"] else ""
+        stage = f"{surface} in {load['stage']}" if load["stage"] else surface
         extremes = f"{load['lowest']:.2f} to {load['highest']:.2f} of it"
         within = f"load within {100.0 * CLOSE:.0f} %{stage}"
         rows.append(
@@ -168,7 +169,7 @@ END = Family(
         quiet("load_control", "control of the load, by stages", None,
               rows=_format_load_control, text=AUTO,
               value=lambda end: [asdict(load) for load in end.load_controls] or None),
-        quiet("load_missed_share", "largest share of a stage in which its load was missed by more "
+        quiet("load_missed_share", "largest share of a stage in which a load was missed by more "
               f"than {CLOSE:.0%}", sweeps=ENSEMBLES),
         Observable(name="advice", title="defaults to change", unit=None, rows=_format_advice,
                    value=lambda end: end.run.attrs.get("advice"), column=None),
