@@ -227,7 +227,7 @@ def _sample(scene, preparation):
 def _sizes(domain, info, has_surfaces):
     """Rows of the measures of a sample (samples.describe) in a Domain.
 
-    has_surfaces: whether the scene has `surfaces`, behind which the box goes on.
+    has_surfaces: whether the scene has `surfaces`, behind which the box continues.
     """
     network, edges, rows = info["network"], domain.lengths(0), []
     axes = [] if domain.cell is None else list(domain.cell.axes)
