@@ -50,9 +50,7 @@ class Scene(Block):
     """
 
     SERIES_STEPS: ClassVar[int] = 1000  # between records where nothing is strained
-    # keys of the common blocks drive, output and stop that the method does not read, for example
-    # "drive.sphere_speed", with the reason and advice: another value than the default is refused
-    IGNORED: ClassVar[Mapping[str, str]] = {}
+    IGNORED: ClassVar[Mapping[str, str]] = {}  # see scene.checks.protocol
 
     name: RunName = Field(
         description="name of the run and of its directory: letters, digits, `.`, `_`, `-`"

@@ -13,6 +13,8 @@ from dusttaichi.scene.stop import Stop
 class Scene(Protocol):
     """Blocks that all methods share."""
 
+    # keys of the common blocks drive, output and stop that the method does not read, for example
+    # "drive.sphere_speed", with the reason and advice: another value than the default is refused
     IGNORED: ClassVar[Mapping[str, str]]
 
     @property
