@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -20,7 +20,17 @@ if TYPE_CHECKING:
 
     from dusttaichi.analysis.run import Run
     from dusttaichi.analysis.tensile import Tensile
-    from dusttaichi.scene.material import Material
+
+
+class Cohesive(Protocol):
+    """Numbers of a material of grains that T19 eq 33 needs, SI."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def surface_energy(self) -> float: ...
+    @property
+    def radius(self) -> float: ...
 
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)
@@ -119,7 +129,7 @@ def strength(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> 
 
 @style.apply_style
 def strengths(
-    results: Sequence[Tensile], labels: Sequence[str], materials: Sequence[Material | None]
+    results: Sequence[Tensile], labels: Sequence[str], materials: Sequence[Cohesive | None]
 ) -> Figure:
     """The figure of `strength` of Tensile results, with a label each and the materials of them."""
     if any(t.strength <= 0 for t in results):

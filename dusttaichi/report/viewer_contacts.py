@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from dusttaichi.analysis.frame import Frame
     from dusttaichi.analysis.run import Run
-    from dusttaichi.physics.geometry import Floats
     from dusttaichi.report.packing import Content
     from dusttaichi.report.selection import Selection
 
@@ -100,7 +99,7 @@ def collect_contacts(
     return contacts, quantities
 
 
-def sum_dissipation(run: Run, frame: Frame) -> Floats:
+def sum_dissipation(run: Run, frame: Frame) -> NDArray[np.float64]:
     """Sum the energy dissipated in the present contacts of each grain [J], (grains,).
 
     Since they formed: half of the energy for each of two grains, all of it at a wall or the
@@ -125,7 +124,9 @@ def _read_boundary_contacts(run: Run, frame: Frame) -> list[xr.Dataset]:
     return groups
 
 
-def _list_wall_contacts(run: Run, frame: Frame, forces: bool) -> tuple[NDArray[np.integer], Floats]:
+def _list_wall_contacts(
+    run: Run, frame: Frame, forces: bool
+) -> tuple[NDArray[np.integer], NDArray[np.float64]]:
     """List contacts of grains with walls and the rigid sphere, (n, 2), and normal forces [N], (n,).
 
     The second end is the number of the wall, 6 for the sphere. With `forces` only contacts that

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dusttaichi.analysis.run import Run
-    from dusttaichi.physics.geometry import Floats
     from dusttaichi.report.packing import Content
 
 ALL_DISSIPATED = "energy dissipated since the start"
@@ -109,13 +108,13 @@ def choose_snapshots(frames: xr.Dataset, max_points: int = MOST) -> NDArray[np.i
     return np.unique(np.linspace(count - 1, 0, min(count, max_points)).round().astype(int))
 
 
-def compute_radii(run: Run, frames: xr.Dataset) -> Floats:
+def compute_radii(run: Run, frames: xr.Dataset) -> NDArray[np.float64]:
     """Radii of the drawn spheres [m]: of grains (count,), or of particles (frames, count).
 
     A particle has half of the edge of the cube (in two dimensions the square) of its volume.
     """
     if "radius" in frames:
-        radius: Floats = frames.radius.values
+        radius: NDArray[np.float64] = frames.radius.values
         return radius
     dimension = int(run.attrs.get("dimension", 3))
     volume = np.asarray(frames.mass.values / frames.density.values)
@@ -143,7 +142,7 @@ def describe_snapshots(run: Run, frames: xr.Dataset) -> list[str]:
     return lines
 
 
-def _get_pressure(series: xr.Dataset) -> Floats | None:
+def _get_pressure(series: xr.Dataset) -> NDArray[np.float64] | None:
     """Pressure over the series [Pa], (times,): of the cell, or on the top wall.
 
     None where neither is recorded or all are 0.
@@ -158,7 +157,7 @@ def _get_pressure(series: xr.Dataset) -> Floats | None:
 
 
 def _list_quantities(
-    run: Run, frames: xr.Dataset, radius: Floats, unit: str
+    run: Run, frames: xr.Dataset, radius: NDArray[np.float64], unit: str
 ) -> list[Content | None]:
     """Quantities of the particles of any method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
