@@ -130,7 +130,7 @@ def test_a_sweep_in_a_process_of_its_own(tmp_path):
     path = os.pathsep.join([str(HERE), str(HERE.parents[1])])
     command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
     process = subprocess.run(
-        [*command, "stiffness=2", "-q", "--json", "-o", "out"],
+        [*command, "stiffness=2", "-q", "--json", "--no-figures", "-o", "out"],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,

@@ -281,7 +281,8 @@ def test_resume_keeps_what_is_finished(finished_runs):
     renamed = files[1].rename(finished_runs / "whole.nc")
     (finished_runs / "runs/replica_1/checkpoint.bin").unlink()
     (finished_runs / "runs/ensemble.nc").unlink()
-    dust("run", finished_runs / "tiny.yaml", "-q", "-o", finished_runs / "runs", "--resume")
+    words = ["-q", "-o", finished_runs / "runs", "--resume", "--no-figures"]
+    dust("run", finished_runs / "tiny.yaml", *words)
     assert (finished_runs / "runs/ensemble.nc").exists()
     assert files[0].stat().st_mtime_ns == st_mtime_ns_before
     assert_same_bits(renamed, files[1])
@@ -291,7 +292,7 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
     """A lid at 20 m/s drives the grains into each other until a guard stops the run."""
     text = TINY.replace("{steps: 300}", "{filling_factor: 0.74, time: 0.3 us}")
     (tmp_path / "tiny.yaml").write_text(text)
-    setting = ["--set", "boundary.wall_speed=1m/s,20m/s"]
+    setting = ["--set", "boundary.wall_speed=1m/s,20m/s", "--no-figures"]
     with pytest.raises(GuardStop, match=r"1 of 2 runs failed:\n.*wall_speed=20m_s: At .* µs"):
         dust("sweep", tmp_path / "tiny.yaml", *setting, "-q", "-o", tmp_path / "s")
     assert "wall speed" in capsys.readouterr().out
