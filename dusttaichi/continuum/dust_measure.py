@@ -9,6 +9,8 @@ from dusttaichi.continuum.physics.damage import undamaged_fraction
 from dusttaichi.continuum.physics.deviator import shear_energy
 from dusttaichi.continuum.physics.elasticity import path_energy
 
+AT_ONCE = 2**16  # particles whose temporary arrays there are at once
+
 
 def largest(state, dust):
     """(phi_2, largest filling factor, largest without pressure) of the dust of each material."""
@@ -30,20 +32,24 @@ def elastic_of_particles(state, gives=slice(None)):
     By deformable particle, (n, 3): the energy of the path (physics.continuum.elasticity) and
     S:S/4mu per volume. In damaged dust the undamaged share stores tension and deviator.
     """
-    density, reference = (state.of_particles(name)[gives] for name in ("density", "reference"))
-    volume = state.of_particles("mass")[gives] / density
-    K, ratio = state.of_particles("modulus")[gives], state.of_particles("shear_ratio")[gives]
-    pressure, deviator = (
-        state.of_particles("pressure")[gives],
-        state.of_particles("deviator")[gives],
+    out = np.empty((state.count, 3))
+    for first in range(0, state.count, AT_ONCE):
+        end = min(first + AT_ONCE, state.count)
+        out[first:end] = _elastic_of(state, first, end)
+    return out[gives]
+
+
+def _elastic_of(state, first, end):
+    """`elastic_of_particles` of those from `first` to before `end`."""
+    names = "mass", "density", "reference", "modulus", "shear_ratio", "pressure", "deviator"
+    mass, density, reference, K, ratio, pressure, deviator = (
+        state.of_particles(name, first, end) for name in names
     )
-    dimension = state.dimension
-    trace = deviator[:, :: dimension + 1].sum(axis=1)
+    volume = mass / density
+    trace = deviator[:, :: state.dimension + 1].sum(axis=1)
     squares = np.sum(deviator * deviator, axis=1) + trace * trace
-    of_pressure, carried = (
-        volume * path_energy(density, reference, K),
-        compute_intact_fraction(state)[gives],
-    )
+    of_pressure = volume * path_energy(density, reference, K)
+    carried = compute_intact_fraction(state, first, end)
     return np.stack(
         [
             np.where(pressure >= 0.0, of_pressure, 0.0),
@@ -54,8 +60,8 @@ def elastic_of_particles(state, gives=slice(None)):
     )
 
 
-def compute_intact_fraction(state):
-    """Share of each particle that carries tension and deviator, (n,)."""
+def compute_intact_fraction(state, first=0, end=None):
+    """Share that carries tension and deviator, of all particles or of those up to `end`, (n,)."""
     if not state.layout.damage:
-        return np.ones(state.count)
-    return undamaged_fraction(state.of_particles("damage"))
+        return np.ones((state.count if end is None else end) - first)
+    return undamaged_fraction(state.of_particles("damage", first, end))

@@ -48,9 +48,9 @@ class DustState(FieldState):
             self._rows[name] = self.fields[name].to_numpy(rows)
         return self._rows[name]
 
-    def of_particles(self, name):
-        """A copy of a variable of all particles."""
-        return self.fields[name].to_numpy(self.count)
+    def of_particles(self, name, first=0, end=None):
+        """A copy of a variable of all particles, or of those from `first` to before `end`."""
+        return self.fields[name].copy_rows(first, self.count if end is None else end)
 
     def material_of(self, which=slice(None)):
         """MaterialNumbers of particles in internal order, of one where there is one alone."""
