@@ -82,19 +82,22 @@ class DustRecorder:
             return self._make_snapshot()
 
     def _make_snapshot(self):
-        state = self._state
+        state, snapshot = self._state, {}
+
+        def put(name, values):
+            """Put values in the order of the sample; those in internal order are then freed."""
+            snapshot[name] = state.in_order(values)
+
         undamaged_fraction = compute_intact_fraction(state)
-        current = {
-            "position": state.raise_to_space(state.of_particles("x")),
-            "velocity": self._motion.velocities(),
-            "density": state.of_particles("density"),
-            "reference_density": state.of_particles("reference"),
-            "pressure": carried_pressure(state.of_particles("pressure"), undamaged_fraction),
-            "deviator": components(
-                undamaged_fraction[:, None] * state.of_particles("deviator"), state.dimension
-            ),
-        }
+        put("position", state.raise_to_space(state.of_particles("x")))
+        put("velocity", self._motion.velocities())
+        put("density", state.of_particles("density"))
+        put("reference_density", state.of_particles("reference"))
+        put("pressure", carried_pressure(state.of_particles("pressure"), undamaged_fraction))
+        deviators = state.of_particles("deviator")
+        deviators *= undamaged_fraction[:, None]
+        put("deviator", components(deviators, state.dimension))
+        del deviators
         if state.layout.damage:
-            current["damage"] = 1.0 - undamaged_fraction
-        snapshot = {name: state.in_order(values) for name, values in current.items()}
+            put("damage", 1.0 - undamaged_fraction)
         return snapshot | (self._heat.make_snapshot() if self._heat else {})

@@ -91,9 +91,11 @@ def take_records(sim: Engine, group_name: str) -> Records:
     while records:  # a group is freed before the next one is converted
         group, record = records.pop(0)
         values = in_si(sim, group, record)
-        for name, value in values.items():
-            if value is record[name] and isinstance(value, np.ndarray):  # maybe of the simulation
-                values[name] = value.copy()
+        arrays = [name for name, value in values.items() if isinstance(value, np.ndarray)]
+        unchanged = [name for name in arrays if values[name] is record[name]]
+        del record  # each array is freed with its copy
+        for name in unchanged:  # maybe of the simulation
+            values[name] = values[name].copy()
         converted.append((group, values))
     return converted
 
