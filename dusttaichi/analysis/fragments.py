@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_frame, read_grain_masses
 from dusttaichi.errors import DustError
+from dusttaichi.physics.fractal import grains_within, power
 from dusttaichi.physics.geometry import (
-    grains_within,
     label_components,
     largest_first,
-    power,
 )
 from dusttaichi.physics.unwrap import unwrap_fragments
 
@@ -147,7 +146,7 @@ def _sum_by_label(
 class FragmentDimension:
     """Fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core."""
 
-    radius: NDArray[np.float64]  #: Distances R [m], (R,), of geometry.grains_within.
+    radius: NDArray[np.float64]  #: Distances R [m], (R,), of fractal.grains_within.
     number: NDArray[np.float64]  #: N(<R), (R,).
     dimension: float  #: Exponent of the fit.
     grains: int  #: Number of grains of the fragment.

@@ -15,6 +15,7 @@ from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.geometry import AXES
+from dusttaichi.samples.sample import LARGEST_ERROR
 from dusttaichi.scene import quantities
 from dusttaichi.scene.forces import find_law, list_forces
 from dusttaichi.scene.material import DEFAULT
@@ -203,7 +204,6 @@ def _sample(scene, preparation):
         mass = " to ".join(quantities.format(m, "mass", digits=5) for m in masses)
     rows += [("mass of a grain", mass), *_sizes(preparation.domain, info, bool(scene.surfaces))]
     named = {
-        "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
         "pieces": "connected fragments",
         "loose_grains": "grains not connected to the floor of the deposit",
@@ -212,6 +212,9 @@ def _sample(scene, preparation):
     known_keys = [key for key in named if key in info and np.isfinite(info[key])]
     if info.get("pieces") == info["network"]["fragments"]:  # which the contacts state already
         known_keys.remove("pieces")
+    if np.isfinite(info.get("fractal_dimension", np.nan)):
+        text = f"{info['fractal_dimension']:.1f}, with an error below {LARGEST_ERROR:g}"
+        rows.append(("fractal dimension of the core", text))
     rows += [(named[key], f"{info[key]:.4g}") for key in known_keys]
     if info["kind"] == "collision":
         for key, text in (

@@ -304,44 +304,6 @@ def largest_first(label: NDArray[np.intp], masses: NDArray[Any]) -> NDArray[np.i
     return np.argsort(heaviest_first(label, masses))[label]
 
 
-LEAST_FRACTAL = 100  # grains: in fewer there is no range of radii to fit a power law to
-SHELLS = 8  # radii of the fit
-MOST_DISTANCES = 2e7  # between centres and all grains: below a second
-
-
-def grains_within(
-    positions: NDArray[np.float64], radius: ArrayLike, gyration: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """(R, N), (SHELLS,) each: mean number N of other grains within R of a grain of the core.
-
-    None for bodies that are too small. radius: mean radius of the grains, or (N,); gyration: radius
-    of gyration. The core are the grains within gyration/2 of the centre. R is evenly spaced in ln R
-    from 3 radii to 3/4 of gyration. All of these spheres are inside of a sphere or cube, so N ~ R^3
-    for a homogeneous body, R^2 for a plate, R for a chain, up to the first shells of neighbours.
-    """
-    radius, reach = float(np.mean(radius)), gyration / 2
-    largest = 1.5 * reach
-    if len(positions) < LEAST_FRACTAL or largest < 5 * radius:
-        return None
-    core = np.flatnonzero(np.linalg.norm(positions - positions.mean(axis=0), axis=1) <= reach)
-    if len(core) == 0:
-        return None
-    largest_core = max(20, int(MOST_DISTANCES / len(positions)))
-    core = core[:: -(-len(core) // largest_core)]
-    radii = np.geomspace(3 * radius, largest, SHELLS)
-    counts = np.zeros(SHELLS)
-    x, y, z = np.ascontiguousarray(positions.T)
-    for centre in positions[core]:
-        distance = np.sqrt((x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2)
-        counts += np.searchsorted(np.sort(distance[distance <= largest]), radii, "right") - 1
-    return None if counts[0] == 0 else (radii, counts / len(core))
-
-
-def power(x: ArrayLike, y: ArrayLike) -> float:
-    """The exponent of y ~ x^D by least squares in the logarithms."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 def rigid_rotation(spin: ArrayLike, x: Floats, mass: Floats) -> Floats:
     """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass.
 

@@ -9,7 +9,8 @@ import scipy
 from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import AXES, LYING, grains_within, power
+from dusttaichi.physics.fractal import fit_fractal_dimension
+from dusttaichi.physics.geometry import AXES, LYING
 from dusttaichi.physics.near import near_pairs
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
@@ -162,10 +163,14 @@ def radius_of_gyration(sample: Sample, radius: float | NDArray[np.float64]) -> f
     return float(np.sqrt((apart**2).sum(axis=1).mean() + 0.6 * radius**2))
 
 
-def fractal_dimension(sample: Sample, radius: float | NDArray[np.float64]) -> float:
-    """D of N(<R) ~ R^D about grains of the core (geometry.grains_within).
+LARGEST_ERROR = 0.15  # of a fractal dimension that is stated
 
-    For a single fractal aggregate it scatters by about 0.2.
+
+def fractal_dimension(sample: Sample, radius: float | NDArray[np.float64]) -> float:
+    """D of N(<R) ~ R^D about grains of the core (physics.fractal.grains_within).
+
+    For a single fractal aggregate it scatters by about 0.2. Small deposits, in which the grains of
+    two octants differ, have none.
 
     Parameters
     ----------
@@ -176,10 +181,13 @@ def fractal_dimension(sample: Sample, radius: float | NDArray[np.float64]) -> fl
     Returns
     -------
     float
-        NaN for a sample that is too small.
+        NaN for a sample that is too small, whose D has an error of LARGEST_ERROR or more, or whose
+        density grows outwards: D exceeds 3 by more than two errors.
     """
-    grain_counts = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
-    return float("nan") if grain_counts is None else power(*grain_counts)
+    gyration = radius_of_gyration(sample, radius)
+    dimension, error = fit_fractal_dimension(sample.positions, radius, gyration)
+    is_supported = error < LARGEST_ERROR and dimension <= 3.0 + 2.0 * error
+    return dimension if is_supported else float("nan")
 
 
 def bulk_filling_factor(

@@ -100,6 +100,23 @@ def test_fractal_dimension_of_bodies_without_structure(dimension, inside):
     assert found == pytest.approx(dimension, abs=0.12)
 
 
+@pytest.mark.parametrize("exponent, known", [(3.0, True), (3.6, False)])
+def test_a_density_that_grows_outwards_is_no_fractal(exponent, known):
+    """N(<R) ~ R^3.6 about the centre; a homogeneous ball has 3, which may scatter above it."""
+    directions = np.random.default_rng(1).normal(size=(8000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    distance = 60 * R * (np.arange(8000) / 8000)[:, None] ** (1.0 / exponent)
+    found = fractal_dimension(Sample.at_rest(distance * directions), R)
+    assert found == pytest.approx(3.0, abs=0.1) if known else np.isnan(found)
+
+
+def test_the_fractal_dimension_of_a_small_deposit_is_not_known():
+    """Octants of 200 grains differ so much that the error is 0.16 and 0.23; of 4000, 0.01."""
+    for seed in (1, 2):
+        info = make_sample("rbd", grains=200, shape="cylinder", seed=seed).info
+        assert "fractal_dimension" not in info
+
+
 def test_few_grains_have_no_fractal_dimension():
     assert np.isnan(fractal_dimension(random_body(99, lambda x: x[:, 0] < np.inf), R))
     assert "fractal_dimension" not in make_sample("bcca", grains=32).info
