@@ -74,6 +74,7 @@ def _describe_group(stored: Mapping[str, xr.Variable], attributes: Mapping[Any, 
     """The Dataset of variables of a store, as `xr.open_dataset` has it."""
     variables: dict[str, xr.Variable] = {}
     names: set[Hashable] = set()
+    cache: Any = indexing.MemoryCachedArray  # without types
     for name, variable in stored.items():
         attrs, encoding = dict(variable.attrs), variable.encoding
         encoding |= {key: attrs.pop(key) for key in ("_FillValue", "coordinates") if key in attrs}
@@ -82,7 +83,7 @@ def _describe_group(stored: Mapping[str, xr.Variable], attributes: Mapping[Any, 
             data: Any = variable.values.astype(str)
             encoding = {"dtype": data.dtype}
         else:
-            data = indexing.CopyOnWriteArray(indexing.MemoryCachedArray(variable._data))
+            data = indexing.CopyOnWriteArray(cache(variable._data))
         variables[name] = _make_variable(variable.dims, data, attrs)
         variables[name].encoding = encoding
     return _make_dataset(variables, names, attributes)
