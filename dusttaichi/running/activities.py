@@ -18,7 +18,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.variables import declare
 from dusttaichi.running.ledger import turnover
 from dusttaichi.running.schedule import bytes_of, next_record, next_step, steps_apart
-from dusttaichi.running.stop import LEAST_STEPS, TESTS
+from dusttaichi.running.stage_end import LEAST_STEPS, TESTS
 
 if TYPE_CHECKING:
     from dusttaichi.domain.clock import Clock

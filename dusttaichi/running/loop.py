@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.running import activities, ledger
+from dusttaichi.running.stage_end import End
 from dusttaichi.running.state import Report
-from dusttaichi.running.stop import End
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

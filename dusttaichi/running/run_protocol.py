@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from dusttaichi.domain.clock import Clock
     from dusttaichi.method import Engine, Measurement
     from dusttaichi.results.writer import Writer
+    from dusttaichi.running.stage_end import End
     from dusttaichi.running.state import Report, RunState
-    from dusttaichi.running.stop import End
     from dusttaichi.scene.scene import Scene
     from dusttaichi.scene.stage import StagePlan
 

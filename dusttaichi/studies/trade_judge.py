@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import TypeVar
 
 from dusttaichi.analysis.observables import (
@@ -30,18 +31,18 @@ class Row:
     """A Variant with the result of its run.
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
-    status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps,
-    or None. ratio: of the cost to that of the default, or None.
+    status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps.
+    ratio: of the cost to that of the default. What is not known is not a number.
     """
 
     variant: Variant
     code: int
     status: str
-    cost: float | None = None
-    ratio: float | None = None
-    steps: int | None = None
-    time_step: float | None = None
-    ledger: float | None = None
+    cost: float = math.nan
+    ratio: float = math.nan
+    steps: float = math.nan
+    time_step: float = math.nan
+    ledger: float = math.nan
     measured: ObservableValues = field(default_factory=lambda: ObservableValues({}))
 
     @property
@@ -171,13 +172,7 @@ def refuse_unknown(name: str | None, names: Sequence[str]) -> None:
         raise DustError(f"--observable {name}: the scene has no such number; {allowed}")
 
 
-def _get_ratio(row: Row) -> float:
-    return math.nan if row.ratio is None else row.ratio
-
-
-def _saves(row: Row, noise: float) -> bool:
-    """True for a row that is cheaper than the default beyond the noise."""
-    return row.ratio is not None and row.ratio < 1.0 - noise
+_by_ratio = attrgetter("ratio")
 
 
 def rank_offers(
@@ -189,12 +184,12 @@ def rank_offers(
     the error of the default is too large, that of a row for combination with an accepted one.
     """
     offers: dict[str, list[Row]] = {}
-    for row in sorted((row for row in rows if _saves(row, noise)), key=_get_ratio):
+    for row in sorted((row for row in rows if row.ratio < 1.0 - noise), key=_by_ratio):
         if judge.accepts(row) if largest_error is None else judge.error(row) <= largest_error:
             offers.setdefault(row.variant.parameter, []).append(row)
 
     def compute_gain(levels: list[Row]) -> float:
-        return (1.0 - _get_ratio(levels[0])) / max(judge.error(levels[0]), LEAST_ERROR)
+        return (1.0 - levels[0].ratio) / max(judge.error(levels[0]), LEAST_ERROR)
 
     return sorted(offers.values(), key=compute_gain, reverse=True)
 
@@ -226,8 +221,7 @@ def combine_offers(
                 break
             (row,) = yield from run([combine_variants(accepted.variant, level.variant)])
             combinations.append(row)
-            is_cheaper = row.ratio is not None and row.ratio < _get_ratio(accepted)
-            if is_cheaper and judge.accepts(row):
+            if row.ratio < accepted.ratio and judge.accepts(row):
                 accepted = row
                 break
     return combinations, accepted
@@ -243,9 +237,9 @@ def find_cheapest(
     accepted = [
         row
         for row in rows
-        if row.variant.kind in kinds and row.ratio is not None and judge.accepts(row)
+        if row.variant.kind in kinds and math.isfinite(row.ratio) and judge.accepts(row)
     ]
     default = [row for row in accepted if row.variant.parameter == "default"]
     if default:
-        accepted = [row for row in accepted if _saves(row, noise)] or default
-    return min(accepted, key=_get_ratio, default=None)
+        accepted = [row for row in accepted if row.ratio < 1.0 - noise] or default
+    return min(accepted, key=_by_ratio, default=None)

@@ -6,6 +6,7 @@ changes that pay are combined.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -94,11 +95,12 @@ class TradeStudy(StagedStudy):
 
     def _make_row(self, variant: Variant, point: Point) -> Row:
         """The Row of a variant, with its cost over that of the default."""
-        result, default = self.results[point.label], self.results[DEFAULT.label].cost
+        result = self.results[point.label]
         if not result.ok:
             return Row(variant, result.code, _join_lines(result.text))
-        ratio = result.cost / default if default and result.cost is not None else None
-        return Row(variant, 0, cost=result.cost, ratio=ratio, **result.measured)
+        # a run without steps has no cost
+        cost, default = (r.cost or math.nan for r in (result, self.results[DEFAULT.label]))
+        return Row(variant, 0, cost=cost, ratio=cost / default, **result.measured)
 
     def measure(self, run: analysis.Run) -> dict[str, Any]:
         """The numbers of a Row of a run, without its cost."""
@@ -149,7 +151,7 @@ def measure_trade(
         name=plan.observable,
     )
     (repeated,) = yield from run([REPEATED_DEFAULT])
-    noise = max(abs((repeated.ratio or 1.0) - 1.0), LEAST_NOISE)
+    noise = max(LEAST_NOISE, abs(repeated.ratio - 1.0) if repeated.ok else 0.0)
     rows += yield from _combine(rows, judge, noise, run, log)
     return Trade(
         scene,
@@ -192,7 +194,7 @@ def _combine(
 def _require(row: Row, description: str) -> None:
     if not row.ok:
         raise DustError(f"{description} does not run, and nothing can be compared: {row.status}")
-    if row.ratio is None:
+    if math.isnan(row.ratio):
         raise DustError(f"{description} computes no steps ({row.status}): no cost to compare")
 
 

@@ -16,8 +16,8 @@ from dusttaichi.grains.build import build
 from dusttaichi.running import execute, schedule
 from dusttaichi.running.activities import EndCheck
 from dusttaichi.running.schedule import next_record
+from dusttaichi.running.stage_end import AVERAGED, End, component, plateau
 from dusttaichi.running.state import RunState
-from dusttaichi.running.stop import AVERAGED, End, component, plateau
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
 from dusttaichi.scene.output import Interval

@@ -24,50 +24,29 @@ TABLES, ENSEMBLES, FILE = "tables", "ensembles", "file"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observable:
-    """A number of a run, in SI: one row of the registry.
+class MeasuredNumber:
+    """A number of a run, in SI, and how it is measured.
 
     name: its key in `summarise`, in JSON, CSV and datasets. title: its name in the table of a run.
-    unit: "" of a text or a bool, None of a structure. symbol: its formula for matplotlib. value:
-    function from the measurement of the family to its value, or the name of an entry or attribute
-    of that (default: `name`); None, or not a number, where a run does not have it. error: name of
-    the row with its 1-sigma uncertainty; reason_row: name of the row with the reason why it is
-    missing.
-
-    text: its presentation in the table of a run: a format, a function of (value, all numbers), AUTO
-    (with unit and error), or None for no row. literature: the value beside it, a text or a function
-    of all numbers. rows: instead of both, a function of (value, all numbers) to rows of three
-    texts. column: in comparisons, (heading, format, size of its unit), AUTO or None. short: its
-    name in sweeps (default: `name` with blanks). sweeps: where its mean and scatter are shown, in
-    TABLES of sweeps and ensembles, in those of ENSEMBLES only, or only in the FILE. trade_rank:
-    rank among the numbers by which runs of different costs are compared (`dust trade`), 0 for none;
-    trade_name: its name there. about: description in a line (default: title). figure: name of the
-    figure that shows it. order: of its row in tables (default: the family's).
+    about: description in a line (default: title). unit: "" of a text or a bool, None of a
+    structure. symbol: its formula for matplotlib. value: function from the measurement of the
+    family to its value, or the name of an entry or attribute of that (default: `name`); None, or
+    not a number, where a run does not have it. error: name of the row with its 1-sigma uncertainty;
+    reason_row: name of the row with the reason why it is missing. trade_rank: rank among the
+    numbers by which runs of different costs are compared (`dust trade`), 0 for none; trade_name:
+    its name there.
     """
 
     name: str
     title: str
+    about: str = ""
     unit: str | None = "1"
     symbol: str = ""
     value: Callable[[Any], Any] | str = ""
     error: str = ""
     reason_row: str = ""
-    text: Any = AUTO
-    literature: Any = ""
-    rows: Callable[[Any, Mapping[str, Any]], list[tuple[str, str, str]]] | None = None
-    column: Any = AUTO
-    short: str = ""
-    sweeps: str = TABLES
     trade_rank: int = 0
     trade_name: str = ""
-    about: str = ""
-    figure: str = ""
-    order: float = 0.0
-
-    @property
-    def heading(self) -> str:
-        """Its name in tables of several runs."""
-        return self.short or self.name.replace("_", " ")
 
     def evaluate(self, measured: Any) -> Any:
         """Its value in the measurement of the family, or None."""
@@ -78,6 +57,34 @@ class Observable:
             by_key = isinstance(measured, Mapping)
             value = measured.get(name) if by_key else getattr(measured, name)
         return value.item() if isinstance(value, np.generic) else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable(MeasuredNumber):
+    """A MeasuredNumber and its presentation: one row of the registry.
+
+    text: in the table of a run: a format, a function of (value, all numbers), AUTO (with unit and
+    error), or None for no row. literature: the value beside it, a text or a function of all
+    numbers. rows: instead of both, a function of (value, all numbers) to rows of three texts.
+    column: in comparisons, (heading, format, size of its unit), AUTO or None. short: its name in
+    sweeps (default: `name` with blanks). sweeps: where its mean and scatter are shown, in TABLES of
+    sweeps and ensembles, in those of ENSEMBLES only, or only in the FILE. figure: name of the
+    figure that shows it. order: of its row in tables (default: the family's).
+    """
+
+    text: Any = AUTO
+    literature: Any = ""
+    rows: Callable[[Any, Mapping[str, Any]], list[tuple[str, str, str]]] | None = None
+    column: Any = AUTO
+    short: str = ""
+    sweeps: str = TABLES
+    figure: str = ""
+    order: float = 0.0
+
+    @property
+    def heading(self) -> str:
+        """Its name in tables of several runs."""
+        return self.short or self.name.replace("_", " ")
 
     def table_rows(self, numbers: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         """Its rows (what, run, literature) in the table of a run; numbers: its `summarise`."""
