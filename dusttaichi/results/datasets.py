@@ -60,7 +60,8 @@ def open_groups(path: Any) -> tuple[dict[str, xr.Dataset], Callable[[], None]]:
     """
     store = cast(Any, NetCDF4DataStore).open(path)
     folders = {"/": store.ds, **store.ds.groups}
-    if not all(is_plain(folder) for folder in folders.values()):
+    is_nested = any(folder.groups for folder in store.ds.groups.values())
+    if is_nested or not all(is_plain(folder) for folder in folders.values()):
         store.close()
         return {}, store.close
     manager, groups = store._manager, {}  # one open file for all groups, as xarray has it
@@ -145,7 +146,7 @@ def take_records(data: xr.Dataset, dim: Hashable, numbers: NDArray[np.integer]) 
 def read_variables(
     data: xr.Dataset, read: Callable[[xr.Variable], NDArray[Any]] = lambda variable: variable.values
 ) -> xr.Dataset:
-    """`data.load()` of a Dataset without indexes, which remains; read: values of a variable."""
+    """`data.load()` as another Dataset; read: values of a variable, (entries of its dimensions)."""
     variables = {n: _make_variable(v.dims, read(v), v.attrs) for n, v in data.variables.items()}
     return _make_dataset(variables, set(data.coords), data.attrs)
 
