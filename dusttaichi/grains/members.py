@@ -5,15 +5,31 @@ are in the order in which they would be alone, and loads are summed in that orde
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
-from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE, VELOCITY
+from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE
 from dusttaichi.method import Measurement, State
 
 CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far as they exist
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is measured of a member.
+
+    motion: distance [um] and velocity [um/us] of the first body from the second, (2, 3).
+    measurement: of which `parts` has contacts, loss and largest_strain; None without energies.
+    fragment: of each grain, where there are energies: the same number for all that contacts
+    connect, (n,).
+    """
+
+    motion: NDArray[np.float64]
+    measurement: Measurement | None = None
+    fragment: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
 
 
 class Members:
@@ -77,73 +93,78 @@ class Members:
 
     # -- measuring -------------------------------------------------------------------------------
 
-    def measure_motion(self, members: Sequence[int]) -> NDArray[np.float64]:
-        """Centres [um] and velocities [um/us] of both bodies of each of these members now.
+    def measure(self, members: Sequence[int], with_energies: Sequence[bool]) -> list[Look]:
+        """The Look at each of these members now; with_energies: whether energies are measured.
 
-        Shape (m, 2, 2, 3): member, centre or velocity, body, axis.
+        Raises RuntimeError where a grain of another member is among the contacts of one.
         """
-        sums = self._sum_bodies(members)
-        motion = [sums[:, :, first : first + 3] for first in (PLACE, VELOCITY)]
-        return np.stack(motion, axis=1) / sums[:, None, :, MASS, None]
+        sums = self._sum_bodies(members, 1 + np.array(with_energies, int))
+        bodies = sums[:, :, PLACE : PLACE + 6] / sums[:, :, MASS, None]
+        motions = (bodies[:, 0] - bodies[:, 1]).reshape(-1, 2, 3)
+        looks = [Look(motion) for motion in motions]
+        full = np.flatnonzero(with_energies)
+        if len(full):
+            measurements = self._make_measurements(np.take(members, full), sums[full])
+            for k, measurement, fragment in zip(full, *measurements, strict=True):
+                looks[k] = Look(motions[k], measurement, fragment)
+        return looks
 
-    def measure(self, members: Sequence[int]) -> list[Measurement]:
-        """The Measurement of each of these members now.
-
-        In `parts` are contacts, loss and largest_strain.
-        """
-        if not members:
-            return []
-        if self.surrounded:
-            return [self._ledger.measure()]
-        bodies = self._sum_bodies(members)
-        contacts, lost = self._sum_contacts()
-        return [
-            self._make_measurement(member, sums, contacts[member], lost[member])
-            for member, sums in zip(members, bodies, strict=True)
-        ]
-
-    def _sum_bodies(self, members):
-        """Sums over both bodies of these members (m, 2, BODY_COLUMNS), which are due then."""
+    def _sum_bodies(self, members, due):
+        """Sums over both bodies of these members (m, 2, BODY_COLUMNS), which are `due` then."""
         count, particles = len(self), self._motion.bodies
-        is_due = np.zeros(count, int)
-        is_due[members] = 1
-        self._state.fields["due"].from_numpy(is_due)
-        half, mass, inertia = (
-            0.5 * self._environment.dt,
-            particles.unit_mass,
-            particles.unit_inertia,
-        )
+        due_of_all = np.zeros(count, int)
+        due_of_all[members] = due
+        self._state.fields["due"].from_numpy(due_of_all)
+        half, mass = 0.5 * self._environment.dt, particles.unit_mass
+        inertia = particles.unit_inertia
         self._kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
         sums = self._tables["body_sum"].to_numpy(2 * count)
         return sums.reshape(count, 2, BODY_COLUMNS)[members]
 
     def _sum_contacts(self):
-        """Sums over the contacts and losses of all members (M, ...), valid of those due."""
-        self._kernels.measure_members(len(self), *self._environment.moment)
-        tables = self._tables["member_sum"], self._tables["member_loss"]
-        return [table.to_numpy(len(self)) for table in tables]
+        """Sums over the contacts and losses of all members (M, ...), valid of those due with them.
 
-    def _make_measurement(self, member, bodies, contacts, lost):
-        """The Measurement of a member from its sums."""
-        columns = self._columns
-        potentials = contacts[columns.potential]
-        losses = lost + contacts[columns.pending] - self.forming[member]
-        number, potential = int(round(contacts[columns.contacts])), float(potentials.sum())
-        kinetic = float(bodies[:, [LINEAR, ANGULAR]].sum())
-        return Measurement(
-            kinetic=kinetic,
-            potential=potential,
-            energy=kinetic + potential,
-            losses=losses,
-            lost=losses.sum(),
-            kick=float(bodies[:, KICK].sum()),
-            bound=self._ledger.binding_energy(number, potentials[0]),
-            parts={
-                "loss": losses,
-                "contacts": number,
-                "largest_strain": contacts[columns.strain],
-            },
-        )
+        And the fragment of each grain in memory, (N,).
+        """
+        self._kernels.measure_members(len(self), *self._environment.moment)
+        tables = (self._tables[name] for name in ("member_sum", "member_loss"))
+        fragment = self._tables["fragment"].to_numpy(self.first[-1])
+        return *(table.to_numpy(len(self)) for table in tables), fragment
+
+    def _make_measurements(self, members, bodies):
+        """(Measurements, fragments) of members (m,) from the sums over their bodies (m, 2, ...)."""
+        contacts, lost, fragment = self._sum_contacts()
+        for member in members[fragment[self.first[members]] < 0]:
+            raise self._make_stranger_error(member)
+        by_sample = np.empty_like(fragment)
+        by_sample[self._state.order] = fragment
+        fragments = [by_sample[self.grains(member)] for member in members]
+        if self.surrounded:
+            return [self._ledger.measure()], fragments
+        columns, contacts = self._columns, contacts[members]
+        losses = lost[members] + contacts[:, columns.pending] - self.forming[members]
+        kinetic = bodies[:, :, [LINEAR, ANGULAR]].sum(axis=(1, 2))
+        potential = contacts[:, columns.potential].sum(axis=1)
+        numbers = np.round(contacts[:, columns.contacts]).astype(int)
+        values = {
+            "kinetic": kinetic,
+            "potential": potential,
+            "energy": kinetic + potential,
+            "lost": losses.sum(axis=1),
+            "kick": bodies[:, :, KICK].sum(axis=1),
+            "bound": self._ledger.binding_energy(numbers, contacts[:, columns.potential.start]),
+        }
+        columns_of_parts = numbers.tolist(), contacts[:, columns.strain].tolist()
+        rows = zip(*(column.tolist() for column in values.values()), strict=True)
+        measurements = [
+            Measurement(
+                losses=loss,
+                parts={"loss": loss, "contacts": number, "largest_strain": strain},
+                **dict(zip(values, row, strict=True)),
+            )
+            for loss, number, strain, row in zip(losses, *columns_of_parts, rows, strict=True)
+        ]
+        return measurements, fragments
 
     @property
     def surrounded(self):
@@ -155,7 +176,7 @@ class Members:
 
     def begin(self):
         """Begin the ledgers of all members, at step 0."""
-        self._sum_bodies(range(len(self)))
+        self._sum_bodies(range(len(self)), 2)
         self.forming = self._sum_contacts()[0][:, self._columns.pending]
 
     # -- contacts --------------------------------------------------------------------------------
@@ -189,13 +210,12 @@ class Members:
             for name in ("pair_i", "pair_j")
         ]
         if any(((grains.start > grain) | (grain >= grains.stop)).any() for grain in pairs):
-            raise RuntimeError(f"grains of member {member} touch those of another one")
+            raise self._make_stranger_error(member)
         return begin + on, *pairs
 
-    def pairs(self, member):
-        """Contacts of a member: numbers of its grains in the sample, (C, 2)."""
-        _, i, j = self.touching(member)
-        return np.column_stack([self._state.order[i], self._state.order[j]]) - self.first[member]
+    @staticmethod
+    def _make_stranger_error(member):
+        return RuntimeError(f"grains of member {member} touch those of another one")
 
     def motion(self, member):
         """Positions [um] of the grains of a member in the sample's order, (n, 3).

@@ -279,6 +279,12 @@ def label_components(pairs: ArrayLike, count: int) -> tuple[int, NDArray[np.intp
     return len(starts), label
 
 
+def number_by_first(fragment: NDArray[np.integer]) -> NDArray[np.intp]:
+    """Fragments of points (N,), of any numbers, numbered in the order of their first points."""
+    _, starts, label = np.unique(fragment, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(starts))[label]
+
+
 def are_in_same_fragment(label: NDArray[np.integer], masses: Floats, bodies: Any) -> bool:
     """True where one fragment has more than half of the mass of both bodies.
 

@@ -6,9 +6,6 @@ import heapq
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dusttaichi.errors import DustError, GuardStop, Interrupted, StartError
 from dusttaichi.grains.build import make
 from dusttaichi.samples.side_by_side import join_members
@@ -16,7 +13,8 @@ from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.result_store import CHECKPOINT
 
 if TYPE_CHECKING:
-    from dusttaichi.method import Measurement, State
+    from dusttaichi.grains.members import Look
+    from dusttaichi.method import State
 
 
 RESTING = 0.25  # share of the grains that are over, from which on the next ones begin
@@ -139,7 +137,7 @@ class Batch:
         self.run, self.grains = make(scene, sample, step=first.time_step), len(sample)
         members = self.run.members
         fresh = [member for member, state in enumerate(states) if state is None]
-        motions, measurements = members.measure_motion(fresh), members.measure(fresh)
+        looks = members.measure(fresh, [True] * len(fresh)) if fresh else []
         if len(fresh) < len(states):
             self._put({member: state for member, state in enumerate(states) if state is not None})
         for member, collision in self._live.items():
@@ -150,9 +148,9 @@ class Batch:
             if state is not None
         ]
         heapq.heapify(self._examinations)
-        for member, motion, measurement in zip(fresh, motions, measurements, strict=True):
-            self._live[member].begin(motion, measurement)
-            self._look(self._live[member], motion, measurement)
+        for member, look in zip(fresh, looks, strict=True):
+            self._live[member].begin(look)
+            self._continue(self._live[member], look)
 
     def _put(self, states: Mapping[int, State]) -> None:
         """Continue the States of members, by their numbers."""
@@ -163,20 +161,16 @@ class Batch:
 
     def _resume(self, collisions: Sequence[Collision]) -> None:
         """Measure and continue collisions that are to be examined now."""
-        members = self.run.members
-        motions = members.measure_motion([collision.member for collision in collisions])
-        measured = [c.member for c in collisions if c.needs_energies]
-        measurements = dict(zip(measured, members.measure(measured), strict=True))
-        for collision, motion in zip(collisions, motions, strict=True):
-            self._look(collision, motion, measurements.get(collision.member))
+        members, energies = [c.member for c in collisions], [c.needs_energies for c in collisions]
+        looks = self.run.members.measure(members, energies) if members else []
+        for collision, look in zip(collisions, looks, strict=True):
+            self._continue(collision, look)
 
-    def _look(
-        self, collision: Collision, motion: NDArray[np.float64], measurement: Measurement | None
-    ) -> None:
-        """Continue a collision with what was measured; one that is over is answered and rests."""
+    def _continue(self, collision: Collision, look: Look) -> None:
+        """Continue a collision with a look at it; one that is over is answered and rests."""
         error: tuple[GuardStop, ...] = ()
         try:
-            row = collision.resume(motion, measurement)
+            row = collision.resume(look)
         except GuardStop as stop:
             row, error = {}, (stop,)
         if row is None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dusttaichi import method
 from dusttaichi.analysis.fragments import compute_growth_efficiency
@@ -21,6 +20,7 @@ from dusttaichi.studies.collide_files import decode_arrays, encode_arrays
 from dusttaichi.studies.colliding_bodies import MemberBodies
 
 if TYPE_CHECKING:
+    from dusttaichi.grains.members import Look
     from dusttaichi.method import Engine
     from dusttaichi.samples import Sample
     from dusttaichi.scene import Scene
@@ -102,9 +102,10 @@ class Collision(MemberBodies):
         saved = {"step": self.step, "progress": progress, "numbers": plain(state.numbers)}
         return saved | {"arrays": encode_arrays(state.arrays)}
 
-    def begin(self, motion: NDArray[np.float64], first: Measurement) -> None:
-        """Begin at its first step; motion of its bodies, first: the Measurement."""
-        self.motion, self.measurement, self.first = motion, first, first
+    def begin(self, look: Look) -> None:
+        """Begin at its first step with a Look that has energies."""
+        self.see(look)
+        self.first = self.measurement
         self.start()
         info, dt, self.normal = self.sample.info, self.dt, np.full(3, np.nan)
         self.flight = self.touch = 0
@@ -144,12 +145,10 @@ class Collision(MemberBodies):
         """True until compression and stretching are over, where they are to be measured."""
         return self.phases and len(self.phase_ends) < 2
 
-    def resume(
-        self, motion: NDArray[np.float64], measurement: Measurement | None = None
-    ) -> dict[str, Any] | None:
-        """Continue with the motion of the bodies at the step of `next_examination`.
+    def resume(self, look: Look) -> dict[str, Any] | None:
+        """Continue with a Look at the step of `next_examination`.
 
-        measurement: the Measurement then, where `needs_energies`. The row at the end, of:
+        It has energies where `needs_energies`. The row at the end, of:
 
         outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after
         the first touch; fragments, masses: grains and shares of the total mass of all of them,
@@ -162,9 +161,7 @@ class Collision(MemberBodies):
         target and the projectile (within the characteristic radius); mass_ratio, grains. None
         before the end. Raises GuardStop.
         """
-        self.motion = motion
-        if measurement is not None:
-            self.measurement = measurement
+        self.see(look)
         if self.files:
             self._record()
         if not self.sample.info["hit"]:

@@ -12,7 +12,12 @@ from dusttaichi import method
 from dusttaichi.analysis.fragments import Fragments, sum_fragments
 from dusttaichi.errors import DustError
 from dusttaichi.grains import validity
-from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
+from dusttaichi.physics.geometry import (
+    are_in_same_fragment,
+    label_components,
+    largest_first,
+    number_by_first,
+)
 from dusttaichi.samples import Sample
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.touching import deep_overlaps
@@ -20,6 +25,7 @@ from dusttaichi.scene import Scene
 
 if TYPE_CHECKING:
     from dusttaichi.grains.grain_engine import GrainEngine
+    from dusttaichi.grains.members import Look
 
 
 class Encounter:
@@ -123,13 +129,13 @@ class TwoBodies(Encounter):
 class MemberBodies(Encounter):
     """Two bodies that are a member of a simulation of several (grains.members); SI.
 
-    motion: that of the bodies now (Members.measure_motion). passed: steps before it entered the
-    simulation, the GrainEngine `run`. dt [s]: of its step. step, time, suspect, validate: as the
-    guards need them.
+    passed: steps before it entered the simulation, the GrainEngine `run`. dt [s]: of its step.
+    measurement: that of the last Look which had one. step, time, suspect, validate: as the guards
+    need them.
     """
 
     step_key = "numerics.time_step"
-    motion: NDArray[np.float64]
+    measurement: method.Measurement
     passed: int
 
     def enter(self, run: GrainEngine, member: int) -> None:
@@ -138,7 +144,7 @@ class MemberBodies(Encounter):
         self.member, self.units = member, run.units
         self._steps_before = self.passed - run.step
         self.dt, self.channels = run.dt * run.units("s"), run.channels
-        self._labels: tuple[int, NDArray[np.intp]] | None = None
+        self._scales = np.array([[self.units("m")], [self.units("m/s")]])
 
     def leave(self) -> None:
         """End as a member of its GrainEngine."""
@@ -163,6 +169,13 @@ class MemberBodies(Encounter):
     def _members(self) -> Any:
         return self.run.members
 
+    def see(self, look: Look) -> None:
+        """Take what was measured now."""
+        self._motion: NDArray[np.float64] = look.motion * self._scales
+        if look.measurement is not None:
+            self.measurement, self._fragment = look.measurement, look.fragment
+            self._label: NDArray[np.intp] | None = None
+
     def validate(self, measurement: method.Measurement) -> None:
         """Raise GuardStop if its Measurement cannot be trusted."""
         run = self.run
@@ -171,17 +184,13 @@ class MemberBodies(Encounter):
 
     def measure_relative_motion(self) -> NDArray[np.float64]:
         """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
-        (x1, x2), (v1, v2) = self.motion
-        motion = np.array([x1 - x2, v1 - v2]) * [[self.units("m")], [self.units("m/s")]]
-        return np.asarray(motion)
+        return self._motion
 
     def label_grains(self) -> NDArray[np.intp]:
-        """Fragment of each grain (N,), 0 the heaviest."""
-        if self._labels is None or self._labels[0] != self.step:
-            pairs = self._members.pairs(self.member)
-            label = label_components(pairs, len(self.masses))[1]
-            self._labels = self.step, largest_first(label, self.masses)
-        return self._labels[1]
+        """Fragment of each grain (N,) at the last look with energies, 0 the heaviest."""
+        if self._label is None:
+            self._label = largest_first(number_by_first(self._fragment), self.masses)
+        return self._label
 
     def are_bound(self) -> bool:
         """True while one fragment has more than half of the mass of both."""

@@ -10,6 +10,7 @@ from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
 from dusttaichi.grains.grain_engine import BODIES, GrainEngine
+from dusttaichi.physics.geometry import label_components, number_by_first
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide import Collisions, side_by_side
 from dusttaichi.studies.collide_batch import Batch, make_collisions
@@ -227,20 +228,26 @@ def test_members_do_not_see_each_other():
     sim.grain_state["origin"] = np.zeros((sim.size, 3))
     sim.search.ask()
     sim.advance(50)
-    pairs = [members.pairs(k) for k in range(3)]
-    assert len(pairs[0]) and all(np.array_equal(pairs[0], own) for own in pairs)
+    pairs = [np.subtract(members.touching(k)[1:], k * count) for k in range(3)]
+    assert pairs[0].size and all(np.array_equal(pairs[0], own) for own in pairs)
+    looks = members.measure(range(3), [True, False, True])
+    assert looks[1].measurement is None and not looks[1].fragment.size
+    label = label_components(sim.grain_state.order[pairs[0].T], count)[1]
+    for look in looks[::2]:
+        np.testing.assert_array_equal(number_by_first(look.fragment), label)
     i, j = sim.grain_state.pairs()
     assert np.array_equal(i // count, j // count)
     members.rest(1)
     sim.advance(50)
-    assert len(members.pairs(1)) == 0 and len(members.pairs(2))
+    assert len(members.touching(1)[0]) == 0 and len(members.touching(2)[0])
     assert not sim.grain_state["v"][members.grains(1)].any()
     # what the list of contacts says of a stranger is an error
     sim.grain_state["body"] = np.repeat([0, -1, 0], count)
     sim.search.ask()
     sim.advance(1)
-    with pytest.raises(RuntimeError, match="touch those of another"):
-        [members.pairs(k) for k in (0, 2)]
+    for measure in (members.touching, lambda member: members.measure([member], [True])):
+        with pytest.raises(RuntimeError, match="touch those of another"):
+            [measure(k) for k in (0, 2)]
 
 
 def test_how_many_are_side_by_side(tmp_path):

@@ -102,7 +102,8 @@ def _members(n):
          ("i32", 0), (n.grains,)),
         ("origin", "origin of its member, as the search sees it", "um", ("f64", 3), (n.grains,)),
         ("member_first", "first grain of a member", "1", ("i32", 0), (n.grains // 2 + 2,)),
-        ("due", "1 where the member is to be measured", "1", ("i32", 0), (n.grains // 2 + 1,)),
+        ("due", "1 where the member is to be measured, 2 with its contacts", "1",
+         ("i32", 0), (n.grains // 2 + 1,)),
     ]
 
 

@@ -25,12 +25,16 @@ BODY_COLUMNS = 12
 
 
 def place_member_sums(grains, layout):
-    """Fields of the sums over bodies (two of each member) and over the contacts of members."""
+    """Fields of the sums over bodies (two of each member) and over the contacts of members.
+
+    fragment: a number of each grain, the same for all that contacts connect.
+    """
     members = grains // 2 + 1
     return {
         "member_loss": ti.field(ti.f64, shape=(members, len(layout.channels))),
         "body_sum": ti.field(ti.f64, shape=(2 * members, BODY_COLUMNS)),
         "member_sum": ti.field(ti.f64, shape=(members, Columns(layout).count)),
+        "fragment": ti.field(ti.i32, shape=grains),
     }
 
 
@@ -97,16 +101,56 @@ class MemberLosses:
             self.table[member, channel] = lost
 
 
+@ti.data_oriented
+class MemberFragments:
+    """Fragments of members: of each grain the first one that contacts connect it with."""
+
+    def __init__(self, fields, layout, table):
+        self.table, self.first, self.width = table, fields["member_first"], layout.width
+        self.i, self.j, self.contact = fields["pair_i"], fields["pair_j"], fields["contact"]
+        self.touched = layout.rows["touched"][0]
+
+    @ti.func
+    def find_root(self, grain):
+        while self.table[grain] != grain:
+            grain = self.table[grain]
+        return grain
+
+    @ti.func
+    def connect(self, member, begin, end):
+        """Fill the rows of a member's grains, whose pairs are those from `begin` to before `end`.
+
+        That of its first grain is -1 where grains of another member are among its contacts.
+        """
+        low, behind, is_strange = self.first[member], self.first[member + 1], 0
+        for grain in range(low, behind):
+            self.table[grain] = grain
+        for pair in range(begin, end):
+            block, lane = pair // self.width, pair % self.width
+            if self.contact[block, self.touched, lane] > 0.5:
+                i, j = self.i[block, lane], self.j[block, lane]
+                if ti.min(i, j) < low or ti.max(i, j) >= behind:
+                    is_strange = 1
+                else:
+                    a, b = self.find_root(i), self.find_root(j)
+                    self.table[ti.max(a, b)] = ti.min(a, b)
+        for grain in range(low, behind):  # what its row refers to is before it
+            self.table[grain] = self.table[self.table[grain]]
+        if is_strange == 1:
+            self.table[low] = -1
+
+
 def make_measure_members(fields, sums, layout, contacts):
-    """Kernels that fill the sums of the members whose `due` is 1, by name.
+    """Kernels that fill the sums of the members that are `due`, by name.
 
     measure_bodies(members, mass, inertia, kick, turn): as measure_grains of kernels.measure.
-    measure_members(members, step, dt, box): of their contacts, a ContactPass.
+    measure_members(members, step, dt, box): of their contacts, a ContactPass, where `due` is 2.
     """
     first, is_due, pair_start = fields["member_first"], fields["due"], fields["pair_start"]
     of_bodies = BodySums(fields, layout, sums["body_sum"])
     of_contacts = ContactSums(contacts, layout, sums["member_sum"])
     losses = MemberLosses(fields, layout, sums["member_loss"])
+    fragments = MemberFragments(fields, layout, sums["fragment"])
     gatherer, width = contacts.gatherer, layout.width
 
     @ti.kernel
@@ -114,7 +158,7 @@ def make_measure_members(fields, sums, layout, contacts):
         members: ti.i32, mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64
     ):
         for member in range(members):
-            if is_due[member] == 1:
+            if is_due[member] > 0:
                 for body in range(2):
                     of_bodies.clear(2 * member + body)
                 for grain in range(first[member], first[member + 1]):
@@ -123,10 +167,11 @@ def make_measure_members(fields, sums, layout, contacts):
     @ti.kernel
     def measure_members(members: ti.i32, step: ti.i64, dt: ti.f64, box: Walls):
         for member in range(members):
-            if is_due[member] == 1:
+            if is_due[member] == 2:
                 of_contacts.clear(member)
                 begin, end = pair_start[first[member]], pair_start[first[member + 1]]
                 losses.sum_up(member, begin, end)
+                fragments.connect(member, begin, end)
                 for block in range(begin // width, count_blocks(end, width)):
                     boundary = gatherer.place_at_step(block, step, dt, box)
                     of_contacts.add_lanes(
