@@ -143,7 +143,9 @@ class Members:
             return [self._ledger.measure()], fragments
         columns, contacts = self._columns, contacts[members]
         losses = lost[members] + contacts[:, columns.pending] - self.forming[members]
-        kinetic = bodies[:, :, [LINEAR, ANGULAR]].sum(axis=(1, 2))
+        # one after another: the order of `sum` would depend on the number of members
+        linear, angular = bodies[:, :, LINEAR], bodies[:, :, ANGULAR]
+        kinetic = linear[:, 0] + linear[:, 1] + angular[:, 0] + angular[:, 1]
         potential = contacts[:, columns.potential].sum(axis=1)
         numbers = np.round(contacts[:, columns.contacts]).astype(int)
         values = {
