@@ -2,7 +2,9 @@
 
 One process, and two at the same time as `dust collide` has on two cores, make the same collisions,
 whose samples are made before the clock starts; in turn with them each advances one large collision
-of as many grains. Processor time, which other programs affect less than wall time.
+of as many grains, as many steps from its start on. Contacts form under compression, and the time of
+a step follows them: both are compared by grain and by contact. Processor time, which other programs
+affect less than wall time.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ PROCESSES = (1, 2)
 ABREAST = (1, 10, 100)
 MOST = 20_000  # grains side by side
 LEAST = 5  # collisions that are timed
-LARGE = 0.3  # s of steps of a large collision, at least
+SAMPLED = 100  # steps between two counts of the contacts of a large collision
 FRONT = (Column("grains", "grains of both"), Column("processes", "processes"))
 NUMBERS = (
     Column("abreast", "side by side"),
@@ -43,11 +45,15 @@ NUMBERS = (
     Column("step", "step of a grain", "ns", 0),
     Column("large", "in one large collision", "ns", 0),
     Column("efficiency", "efficiency", "1", 2),
+    Column("contacts", "contacts of a grain", "1", 2),
+    Column("large_contacts", "in one large collision", "1", 2),
+    Column("by_contact", "efficiency by contact", "1", 2),
 )
 NOTE = (
     "Of collisions that touch head-on, without their samples; of two processes the sum of both. "
-    "Least time of the repetitions. The large collision has as many grains as those side by side; "
-    "the efficiency is its time for the step of a grain over theirs."
+    "Least time of the repetitions. The large collision has as many grains as those side by side "
+    "and makes as many steps; the efficiency is its time for the step of a grain over theirs, by "
+    "contact that for the step of a contact. Contacts of a grain: mean over the steps."
 )
 
 
@@ -59,12 +65,16 @@ def main(*, out=None, quick=False, repetitions=3, log=print) -> Table:
         for processes in PROCESSES:
             one_by_one = None
             for abreast, least in _measure(grains, processes, repetitions, log).items():
-                rate = sum(count / seconds for count, seconds, _, _ in least)
+                rate = sum(count / seconds for count, seconds, *_ in least)
                 one_by_one = one_by_one or rate
-                step, large = (sum(n[k] for n in least) / processes * 1e9 for k in (2, 3))
+                step, contacts, large, large_contacts = (
+                    sum(n[k] for n in least) / processes for k in range(2, 6)
+                )
                 row = {"grains": 2 * grains, "processes": processes, "abreast": abreast}
-                row |= {"rate": rate, "gain": rate / one_by_one, "step": step, "large": large}
-                rows.append(row | {"efficiency": large / step})
+                row |= {"rate": rate, "gain": rate / one_by_one, "step": step * 1e9}
+                row |= {"large": large * 1e9, "efficiency": large / step, "contacts": contacts}
+                by_contact = (large / large_contacts) / (step / contacts)
+                rows.append(row | {"large_contacts": large_contacts, "by_contact": by_contact})
             table = Table(machine(), rows, (("Collisions side by side", FRONT, NUMBERS),), (NOTE,))
             if out is not None:
                 table.to_csv(out)
@@ -72,9 +82,10 @@ def main(*, out=None, quick=False, repetitions=3, log=print) -> Table:
 
 
 def _measure(grains, processes, repetitions, log):
-    """Number side by side -> of each process (collisions, seconds, and of the step of a grain).
+    """Number side by side -> of each process collisions, seconds, and numbers of a grain.
 
-    The latter [s] side by side and in a large collision; the least of the repetitions.
+    The latter are time of a step [s] and contacts, side by side and in a large collision; the least
+    of the repetitions.
     """
     times = {min(number, MOST // (2 * grains)): [] for number in ABREAST}
     with ExitStack() as stack:
@@ -92,11 +103,12 @@ def _measure(grains, processes, repetitions, log):
         for _ in range(repetitions):
             for number in times:
                 answers = ask(batches, "make", abreast=number, count=max(LEAST, number))
-                steps = [answer["step"] for answer in ask(large, "advance", grains=grains * number)]
+                steps = round(answers[0]["steps"])
+                large_answers = ask(large, "advance", grains=grains * number, steps=steps)
                 times[number].append(
                     [
-                        (a["seconds"], a["step"], step)
-                        for a, step in zip(answers, steps, strict=True)
+                        (a["seconds"], *(n[key] for n in (a, b) for key in ("step", "contacts")))
+                        for a, b in zip(answers, large_answers, strict=True)
                     ]
                 )
                 log(f"{2 * grains} grains, {number} side by side: {times[number][-1]}")
@@ -123,11 +135,23 @@ def _prepare(grains, count):
     from dusttaichi.scene import from_yaml
     from dusttaichi.studies.collide_course import Collision
 
+    class CountedCollision(Collision):
+        """A collision with the sum of its contacts over its steps."""
+
+        def begin(self, look):
+            self.contact_steps, self.counted_until = 0, 0
+            super().begin(look)
+
+        def resume(self, look):
+            steps, self.counted_until = self.step - self.counted_until, self.step
+            self.contact_steps += self.measurement.parts["contacts"] * steps
+            return super().resume(look)
+
     base = from_yaml(SCENE.format(grains=grains))
     for number in range(count):
         seeds = {"sample.target.seed": 1 + number, "sample.projectile.seed": 1001 + number}
         scene = base.with_values(seeds)
-        PREPARED.append(Collision(number, scene, samples.make(scene)))
+        PREPARED.append(CountedCollision(number, scene, samples.make(scene)))
 
 
 def _make(abreast, count):
@@ -135,20 +159,23 @@ def _make(abreast, count):
 
     from dusttaichi.studies.collide_batch import make_collisions
 
-    errors, grain_steps, began = [], [], time.process_time()
-
-    def answer(label, row, *error):
-        errors.extend(error)
-        grain_steps.append(PREPARED[label].step * row.get("grains", 0))
-
-    make_collisions(PREPARED[:count], answer, abreast=abreast, room=10**9)
+    errors, began = [], time.process_time()
+    make_collisions(
+        PREPARED[:count],
+        lambda label, row, *error: errors.extend(error),
+        **{"abreast": abreast, "room": 10**9},
+    )
     seconds = time.process_time() - began
     if errors:
         raise DustError(str(errors[0]))
-    return {"seconds": seconds, "step": seconds / sum(grain_steps)}
+    made = PREPARED[:count]
+    steps = sum(collision.counted_until * len(collision.sample) for collision in made)
+    contacts = sum(collision.contact_steps for collision in made) / steps
+    mean_steps = sum(collision.counted_until for collision in made) / count
+    return {"seconds": seconds, "step": seconds / steps, "steps": mean_steps, "contacts": contacts}
 
 
-def _advance(grains):
+def _advance(grains, steps):
     import time
 
     from dusttaichi import samples
@@ -156,13 +183,12 @@ def _advance(grains):
     from dusttaichi.scene import from_yaml
 
     if grains not in LARGE_SAMPLES:
-        # bodies of rbd, as many contacts a grain, are made in no time
-        scene = from_yaml(SCENE.format(grains=grains).replace("pca", "rbd"))
+        scene = from_yaml(SCENE.format(grains=grains))
         LARGE_SAMPLES[grains] = scene, samples.make(scene)
-    engine = make(*LARGE_SAMPLES[grains])
-    engine.advance(20)
-    first, began, seconds = engine.step, time.process_time(), 0.0
-    while seconds < LARGE:
-        engine.advance(50)
-        seconds = time.process_time() - began
-    return {"step": seconds / (engine.step - first) / engine.size}
+    engine, seconds, contact_steps = make(*LARGE_SAMPLES[grains]), 0.0, 0
+    while engine.step < steps:
+        chunk, began = min(SAMPLED, steps - engine.step), time.process_time()
+        engine.advance(chunk)
+        seconds += time.process_time() - began
+        contact_steps += engine.measure().parts["contacts"] * chunk
+    return {"step": seconds / steps / engine.size, "contacts": contact_steps / steps / engine.size}
