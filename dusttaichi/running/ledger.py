@@ -77,8 +77,8 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
             + _cause(sim, "the step does not resolve the motion")
         )
     storing = getattr(sim, "storing", ())  # channels that may return energy
-    losses = zip(sim.channels, m.losses, strict=True)
-    worst = int(np.argmin([np.inf if channel in storing else loss for channel, loss in losses]))
+    channel_losses = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
+    worst = int(np.argmin(channel_losses))
     if m.losses[worst] < -tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
