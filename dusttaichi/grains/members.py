@@ -19,7 +19,7 @@ CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far 
 
 @dataclass(frozen=True)
 class Look:
-    """What is measured of a member.
+    """Numbers of a member at one moment.
 
     motion: distance [um] and velocity [um/us] of the first body from the second, (2, 3).
     measurement: of which `parts` has contacts, loss and largest_strain; None without energies.
