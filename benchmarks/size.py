@@ -27,7 +27,7 @@ LONGEST = 30.0  # s of a sample, from which on no larger one of its kind is made
 SCENE = "omni_static"
 SHORT = 0.05  # s: of a shorter time no growth is given
 
-PHASES = ("check", "sample", "build", "steps", "output", "figures", "report")
+PHASES = ("check", "sample", "build", "steps", "output", "files", "figures", "report")
 FRONT = (
     Column("method", "method"),
     Column("kind", "sample"),
@@ -126,8 +126,9 @@ def main(
 NOTE = (
     "Processor time of a process for each phase, beyond the start of Python. Run: on one thread, "
     "with frames at start and end. Build: first contacts, first step, and kernels, "
-    "from the cache where they are. Exponent: growth of the time of the sample since the size "
-    "before; for N log N about 1.1. Memory: the largest resident one of a process."
+    "from the cache where they are. Files: of the processes that write them beside the run. "
+    "Exponent: growth of the time of the sample since the size before; for N log N about 1.1. "
+    "Memory: the largest resident one of a process."
 )
 
 

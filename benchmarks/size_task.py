@@ -1,6 +1,7 @@
 """Task of a worker process of the benchmark of sizes: one phase of one scene."""
 
 import io
+import resource
 import time
 from contextlib import redirect_stdout
 from dataclasses import replace
@@ -69,7 +70,10 @@ def sample(scene, file=None):
 
 
 def run(scene, directory):
-    """Run a scene (YAML) into a directory: build, steps, and output, which is everything else."""
+    """Run a scene (YAML) into a directory: build, steps, and output, which is everything else.
+
+    Also files: what the processes take that write them meanwhile.
+    """
     from dusttaichi.results.run_lock import RunLock
     from dusttaichi.running.interrupts import Interrupts
     from dusttaichi.running.opening import Opening
@@ -95,6 +99,8 @@ def run(scene, directory):
             run.go()
     processor.lap("output")
     processor.seconds.pop("made")  # measured alone
+    writers = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor.seconds["files"] = writers.ru_utime + writers.ru_stime
     return processor.seconds
 
 

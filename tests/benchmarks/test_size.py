@@ -24,7 +24,7 @@ class InProcess:
             return size_task.answer(None, do=do, **arguments)
         if do == "command" and arguments["phase"] == "report":
             raise DustError("no report")
-        phases = ("build", "steps", "output") if do == "run" else (arguments["phase"],)
+        phases = ("build", "steps", "output", "files") if do == "run" else (arguments["phase"],)
         return dict.fromkeys(phases, 1.0) | {"peak": 2e6}
 
 
@@ -48,7 +48,9 @@ def test_every_phase_and_kind_has_a_row(tmp_path, monkeypatch):
     grains = rows[rows["method"] == "grains"]
     assert list(grains["particles"][3:]) == [64, 500, 512]
     assert (rows["sample"] > 0.0).all() and (rows["sample_peak"] > 1.0).all()
-    assert (grains[["check", "build", "steps", "output", "figures"]][:3] == 1.0).all(axis=None)
+    assert (grains[["check", "build", "steps", "output", "files", "figures"]][:3] == 1.0).all(
+        axis=None
+    )
     assert grains["exponent"].notna().sum() == 1  # of 500 over 64
     assert "grains, 64, report: no report" in table.notes
     assert len(pd.read_csv(file, comment="#")) == len(rows)
