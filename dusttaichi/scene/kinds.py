@@ -99,9 +99,12 @@ class Kinds(Registry[str, Kind]):
 
     def rebuild_readers(self) -> None:
         """Update the blocks with a field for any kind."""
-        for reader in self._readers:
-            if reader.__pydantic_complete__:
-                reader.model_rebuild(force=True)
+        complete = [reader for reader in self._readers if reader.__pydantic_complete__]
+        for reader in complete:  # kinds within kinds: none may be built from a former schema
+            if "__pydantic_core_schema__" in vars(reader):
+                del reader.__pydantic_core_schema__
+        for reader in complete:
+            reader.model_rebuild(force=True)
 
     def add_reader(self, model: Reader) -> Reader:
         """Let `rebuild_readers` update a block that has a field for any kind (decorator)."""

@@ -11,7 +11,7 @@ from scenes import EXAMPLES
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import Sample, SampleBlock, register, sample_registry
-from dusttaichi.scene import from_yaml, json_schema
+from dusttaichi.scene import from_yaml, json_schema, schema_text
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.keys import list_keys
 
@@ -202,6 +202,8 @@ def test_a_registered_kind_is_known_everywhere_and_can_collide():
     )
     register(RingSample)(lambda spec, materials: Sample.at_rest(np.zeros((1, 3))))
     assert len(make_sample("ring", grains=5)) == 1
+    sample_registry.GRAINS.restore({})
+    assert '"ring"' not in schema_text()  # nor in kinds within kinds
 
 
 def test_what_does_not_go_with_other_blocks():
