@@ -21,11 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
-
-    from dusttaichi.plots.axes import Which
-    from dusttaichi.report.packing import Content
 
 PER_POINT = 96.0 / 72.0 * 0.9
 LINES_PER_POINT = 1.5  # pixels of the page between texts, of which a figure has a point

@@ -19,13 +19,14 @@ def arrays_of(fields):
 
     Raises DustError if there is not enough memory.
     """
-    _find_address(next(iter(fields.values())))  # allocates all
-    if not are_allowed():
-        return {}
     bases = {}
     for field in fields.values():
-        if (piece := field.snode._snode_tree_id) not in bases:
-            bases[piece] = _find_address(field) - _offset(field)[0]
+        if (piece := field.snode._snode_tree_id) in bases:
+            continue
+        address = _find_address(field)  # the first one allocates all
+        if not are_allowed():
+            return {}
+        bases[piece] = address - _offset(field)[0]
     return {name: _memory(f, bases[f.snode._snode_tree_id]) for name, f in fields.items()}
 
 
