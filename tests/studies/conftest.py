@@ -13,6 +13,14 @@ def one_core():
         yield
 
 
+@pytest.fixture(scope="module")
+def two_cores():
+    """A study starts two processes on any machine, so that the same points are side by side."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_engine, "usable_cores", lambda: 2)
+        yield
+
+
 @pytest.fixture
 def cluster():
     """A Dask cluster in this process, reached by TCP."""

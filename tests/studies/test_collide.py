@@ -8,7 +8,6 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 from program import dust
@@ -234,7 +233,7 @@ def test_bodies_that_miss_and_what_cannot_be_made():
 
 
 @pytest.fixture(scope="module")
-def finished_study(tmp_path_factory):
+def finished_study(tmp_path_factory, two_cores):
     folder = tmp_path_factory.mktemp("collide")
     text = study_scene(phases=True).to_yaml()
     (folder / "study.yaml").write_text(text, encoding="utf-8")
@@ -297,12 +296,6 @@ def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
     assert "Impact speed of two grains: up to 200 m/s" in output
 
 
-def read_rows(path):
-    """Collisions of a study in the order of their keys."""
-    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    return pd.json_normalize(rows).set_index("key").sort_index()
-
-
 def test_parts_of_a_study_make_the_whole(finished_study, capsys):
     """Each part writes a file of its own, so that they may run at the same time."""
     folder, _ = finished_study
@@ -316,12 +309,8 @@ def test_parts_of_a_study_make_the_whole(finished_study, capsys):
     with pytest.raises(DustError, match="exists already"):
         dust(*words)
     dust(*words, "--resume")
-    undivided, divided = (
-        read_rows(folder / name / "collisions.jsonl") for name in ("out", "parts")
-    )
-    # with fewer processes than parts others are side by side: rounding, far below 1e-6
-    energy = undivided.impact_energy.min()
-    pd.testing.assert_frame_equal(undivided, divided, rtol=1e-6, atol=1e-6 * energy)
+    rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "parts")]
+    assert sorted(rows[0].splitlines()) == sorted(rows[1].splitlines())
     assert "4 of 4 are already finished" in capsys.readouterr().err
     dust(*words, "--resume", "--part", "2/3")  # other parts later: nothing is computed again
     assert (folder / "parts/collisions.2-of-3.jsonl").read_text() == ""
