@@ -68,7 +68,8 @@ class Structures:
             gc.collect()  # kernels refer to themselves: 23 MB of each program
         compiled = self._fresh = compile_for(key)
         self._compiled.append(compiled)
-        PROGRAMS.lasts &= sum(array.nbytes for array in compiled.memory.values()) < LARGE
+        if sum(array.nbytes for array in compiled.memory.values()) < LARGE:
+            PROGRAMS.keep()
         return compiled
 
     def tables(self, compiled, rows):

@@ -59,10 +59,13 @@ class Table:
     """The first `rows` rows of a Taichi field; a matrix or vector element adds an axis.
 
     memory: array of the whole field that shares its memory, None on a device with its own. access:
-    that of the simulation, None if it has its fields as long as Taichi runs.
+    that of the simulation, None if it has its fields as long as Taichi runs. Raises ValueError for
+    more rows than the field has: kernels would write beyond its memory.
     """
 
     def __init__(self, field, rows, memory=None, access=None):
+        if rows > field.shape[0]:
+            raise ValueError(f"{rows} rows of a field of {field.shape[0]}")
         self.field, self.rows, self.memory = field, rows, memory
         self.access = access or FieldAccess()
 

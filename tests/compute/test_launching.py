@@ -1,6 +1,7 @@
 """Kernels alone: arguments reach them with little work of Python; prefix sums in both ways."""
 
 import numpy as np
+import pytest
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
@@ -27,6 +28,27 @@ def test_arguments_reach_a_kernel_whatever_their_place_and_however_often():
         assert launch(numbers_a, k, numbers_b, 2.0) == 20_654_321 + k * 1_000_000
         assert launch(numbers_b, 7, numbers_a, k) == 7_321_654 + k * 10_000_000
         assert launch(numbers_a, 7, numbers_a, k) == 7_321_321 + k * 10_000_000
+
+
+def test_an_interrupted_call_leaves_none_of_its_arguments():
+    class Interrupted(int):
+        def __int__(self):
+            raise KeyboardInterrupt
+
+    start_taichi(make_scene(), 1)
+    out = ti.field(ti.i32, shape=())
+
+    @ti.kernel
+    def add(n: ti.i32, m: ti.i32):
+        out[None] = n + m
+
+    launch = Launch(add)
+    for _ in range(2):
+        launch(1, 10)
+        with pytest.raises(KeyboardInterrupt):
+            launch(2, Interrupted())
+        launch(1, 10)
+        assert out[None] == 11
 
 
 def test_a_kernel_is_found_again_after_a_start():

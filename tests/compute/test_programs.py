@@ -15,6 +15,7 @@ from dusttaichi.compute.taichi_internals.programs import PROGRAMS
 
 X = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
 V = np.array([[0.3, 0.1, 0.0], [-0.3, 0.0, 0.0]])
+BROKEN = -1  # number of a structure that cannot be compiled
 
 pytestmark = pytest.mark.skipif(not engine.is_tested(), reason="other compilers keep the last one")
 
@@ -27,6 +28,8 @@ def small():
 
     def compile_for(key):
         field = ti.field(ti.f64, shape=4)
+        if key[1] == BROKEN:
+            raise KeyboardInterrupt
 
         @ti.kernel
         def fill():
@@ -92,6 +95,39 @@ def test_debugging_keeps_nothing(small):
     first, bare = small(1), small(2, debug=True)
     assert first.program not in PROGRAMS
     assert small(1) is not first and bare.program not in PROGRAMS
+
+
+def test_a_structure_that_was_not_compiled_to_the_end_is_not_kept(small):
+    """Its fields may be large."""
+    first = small(1)
+    with pytest.raises(KeyboardInterrupt):
+        small(BROKEN)
+    broken = program()
+    small(2)
+    assert first.program not in PROGRAMS and broken not in PROGRAMS
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_a_program_that_was_resumed_in_part_is_not_used(small, steps, monkeypatch):
+    """Ctrl-C: before, within, and after what makes it the current one."""
+    first, second = small(1), small(2)
+
+    def resume_partly(aside):
+        if steps > 0:
+            ti.lang.impl.pytaichi = aside.runtime
+        if steps > 1:
+            resume(aside)
+        raise KeyboardInterrupt
+
+    resume = programs.Aside.resume
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(programs.Aside, "resume", resume_partly)
+        small(1)
+    for n, earlier in ((1, first), (2, second)):
+        again = small(n)
+        assert again is not earlier
+        again.kernels.fill()
+        assert set(again.memory["field"]) == {float(n)}
 
 
 def test_a_start_of_taichi_elsewhere_ends_all(small):

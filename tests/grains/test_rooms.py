@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compilers import taichi_alone
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.compute import compiler, memory
@@ -134,6 +135,8 @@ def test_samples_with_few_wall_contacts_take_less_memory():
 
 
 def test_without_room_for_walls_a_run_stops_with_advice(monkeypatch):
+    # a capacity of grains that no other test has: this structure serves none of them
+    monkeypatch.setattr(compiled_grains, "capacity_for", lambda grains: grains)
     monkeypatch.setattr(store, "wall_contacts", lambda grains, few: 0)
     with pytest.raises(GuardStop, match=r"near walls than their capacity.*numerics.skin"):
         rows_of_grains(200)
@@ -150,6 +153,7 @@ def test_a_checkpoint_is_as_large_as_its_scene(states):
     assert len(arrays["entry"]) == arrays["entry_start"][-1]
 
 
+@taichi_alone
 def test_memory_is_where_taichi_has_it():
     """First and last row of each field: a kernel writes what the memory has."""
     tables = list(rows_of_grains(12).sim.fields.values())
@@ -187,6 +191,8 @@ def test_without_shared_memory_the_used_rows_are_written_alone():
     assert np.array_equal(field.to_numpy()[:, 0], [0, 0, 0, 7, 7, 7])
     with pytest.raises(ValueError, match="5 rows"):
         table.from_numpy(np.zeros((5, 2)))
+    with pytest.raises(ValueError, match="7 rows of a field of 6"):
+        memory.Table(field, rows=7)
 
 
 def test_memory_that_is_gone_is_not_looked_at():
@@ -205,6 +211,25 @@ def test_a_smaller_scene_has_its_own_energies():
     moving = 0.5 * probe.sim.bodies.unit_mass * 14.0
     assert found["kinetic_translation"] == pytest.approx(moving, rel=1e-3)
     assert found["kinetic_rotation"] < 1e-3 * moving
+
+
+@pytest.mark.parametrize("method", ["contacts.restore", "search.update", "stepper.advance"])
+def test_what_was_interrupted_does_not_show_in_the_next_scene(states, method, monkeypatch):
+    """A build, a search and a run of a state that differs, each stopped at its end."""
+    part, name = method.split(".")
+    kind = type(getattr(rows_of_grains(23).sim, part))
+    original = getattr(kind, name)
+
+    def stop(*arguments, **options):
+        original(*arguments, **options)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(kind, name, stop)
+        rows_of_grains(40, moving=35).advance(50)
+    expected, (arrays, _, _) = states[0][0], settle_rows()
+    for name in set(expected) - {"sync"}:
+        assert arrays[name].tobytes() == expected[name].tobytes(), name
 
 
 def test_kernels_serve_again():

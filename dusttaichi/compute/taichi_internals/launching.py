@@ -25,7 +25,7 @@ class Launch:
 
     def __call__(self, *arguments):
         running = program()
-        if self._kernel_data is None or running is not self._program:
+        if self._program is None or running is not self._program:
             out = self.kernel(*arguments)
             if is_tested() and not settings().debug:
                 self._remember(running)
@@ -33,8 +33,10 @@ class Launch:
         # a launch redirects result and arguments of its context to the device: each needs a new one
         if self._renews:
             self._renew()
+        # interrupted, the context has some of these arguments: the next call passes all
+        last, self._last = self._last, (None,) * len(arguments)
         for pass_argument, argument, last_argument in zip(
-            self._passes, arguments, self._last, strict=True
+            self._passes, arguments, last, strict=True
         ):
             if argument is not last_argument:
                 pass_argument(self._context, argument)
@@ -46,7 +48,7 @@ class Launch:
         return self._context.get_struct_ret_int((0,))
 
     def _remember(self, running):
-        primal = self.kernel._primal
+        primal, self._program = self.kernel._primal, None
         if self._passes is None:
             self._passes = [
                 _choose_passing(n, parameter.annotation)
@@ -56,18 +58,14 @@ class Launch:
             return
         (self._kernel_data,) = primal.compiled_kernels.values()
         config, device = running.config(), running.get_device_caps()
-        self._program, self._compiled = (
-            running,
-            running.compile_kernel(config, device, self._kernel_data),
-        )
+        self._compiled = running.compile_kernel(config, device, self._kernel_data)
         self._renews = self._returns or (bool(self._passes) and settings().arch != ti.cpu)
         self._renew()
+        self._program = running  # last: an exception between any two lines leaves it None
 
     def _renew(self):
-        self._context, self._last = (
-            self._kernel_data.make_launch_context(),
-            (None,) * len(self._passes),
-        )
+        self._last = (None,) * len(self._passes)
+        self._context = self._kernel_data.make_launch_context()
 
 
 def _choose_passing(number, annotation):

@@ -58,15 +58,17 @@ class ProcessError(RuntimeError):
 class Programs:
     """The current program, and those of this process that are set aside, the latest last.
 
-    lasts: whether the current one may be set aside.
+    An exception may come between any two lines (Ctrl-C): a program that was not started, resumed or
+    ended to the end is not the current one, and the next start ends all of them.
     """
 
     def __init__(self):
-        self._current, self._aside, self.lasts = None, [], False
+        self._current, self._aside = None, []
+        self._can_last = self._lasts = False  # the current one can be set aside, and may be
         self._forked = None  # backend of the parent, in a process that was forked meanwhile
 
     def start(self, lasts, **options):
-        """Start a new program, as ti.init does; lasts: whether it may be set aside later."""
+        """Start a new program, as ti.init does; lasts: whether `keep` may be called later."""
         self._refuse_fork(options["arch"])
         if _count() is not None:
             if lasts and self._may_stay() and len(self._aside) + 1 < MOST:
@@ -75,18 +77,23 @@ class Programs:
                 self.end()
             _count().value = 0
         ti.init(**options)
-        self._current, self.lasts = program(), lasts and _count() is not None
+        self._can_last, self._lasts = lasts and _count() is not None, False
+        self._current = program()
+
+    def keep(self):
+        """Let the current program be set aside later: all of it is compiled."""
+        self._lasts = self._can_last
 
     def resume(self, target):
         """Make a program the current one; False where it has ended, or the current one must end."""
-        if program() is target:
+        if program() is target and self._is_ours():
             return True
         entry = next((aside for aside in self._aside if aside.program is target), None)
-        if entry is None or not (self.lasts and self._is_ours()):
+        if entry is None or not (self._lasts and self._is_ours()):
             return False
-        self._aside.remove(entry)
         self._set_aside()
         entry.resume()
+        self._aside.remove(entry)
         self._current = target
         return True
 
@@ -98,6 +105,7 @@ class Programs:
         """Finish all: Taichi stores their new kernels on disk and frees their memory."""
         if program() is None and not self._aside:
             return
+        self._current = None
         for aside in self._aside:
             aside.program.finalize()
         self._aside.clear()
@@ -132,14 +140,15 @@ class Programs:
             )
 
     def _is_ours(self):
-        """False after a start or an end of Taichi elsewhere, which has emptied the memory."""
+        """False after a start or an end of Taichi elsewhere or in part: the memory may be empty."""
         return program() is not None and program() is self._current
 
     def _may_stay(self):
-        current = program() if self.lasts and self._is_ours() else None
+        current = program() if self._lasts and self._is_ours() else None
         return current is not None and current.get_total_compilation_time() < COMPILED
 
     def _set_aside(self):
+        self._current = None
         self._aside.append(Aside.of_current())
         ti.lang.impl.pytaichi = ti.lang.impl.PyTaichi(ti.lang.impl.pytaichi.kernels)
 
