@@ -15,7 +15,7 @@ from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, SurfaceGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grain_pass import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.sphere_motion import make_sphere
+from dusttaichi.grains.kernels.sphere_motion import SphereMotion
 from dusttaichi.grains.kernels.store import GRAINS
 from dusttaichi.physics.contact.model import Mechanics
 
@@ -71,7 +71,8 @@ class Phases:
         )
         every = self.pairs, self.on_sphere, self.walls
         self.contacts = [contacts for contacts in every if contacts is not None]
-        self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)
+        self.has_sphere = layout.sphere
+        self.sphere = SphereMotion(fields, layout) if layout.sphere else None
 
     @ti.func
     def move_part(self, section, step, numbers):

@@ -230,7 +230,7 @@ def make_kick(arguments, threads):
 
     @ti.func
     def move_sphere(t):
-        total = sphere_loads.total(phases.sphere.share(t, block), t)
+        total = sphere_loads.total(phases.sphere.loads_of_thread(t, block), t)
         phases.sphere.put_load(t, total)
         ti.simt.block.sync()
         if t == 0:

@@ -299,7 +299,7 @@ def make_sphere_load(sphere, sums):
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
             for thread in range(THREADS):
-                total = block_sums.total(sphere.share(thread, THREADS), thread)
+                total = block_sums.total(sphere.loads_of_thread(thread, THREADS), thread)
                 if thread < 6:
                     sphere_load[thread] = total
         else:

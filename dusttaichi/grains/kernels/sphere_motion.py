@@ -5,8 +5,6 @@ grain first) whose numbers differ from those of two grains, so that they have bl
 The search visits every grain: with cells as wide as the sphere a grid would exclude hardly any.
 """
 
-from types import SimpleNamespace
-
 from dusttaichi.compute.device_blocks import loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks
@@ -16,92 +14,91 @@ from dusttaichi.grains.kernels.relist import PairLanes
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
 
-def make_loads(fields, layout):
-    """Functions `loads()` and `share(thread, threads)` of make_sphere."""
-    width, counts, load = layout.width, fields["counts"], fields["load"]
+@ti.data_oriented
+class SphereMotion:
+    """Kick and drift of the rigid sphere by the loads of the grains on it.
+
+    A block of threads of a device sums these loads before: each thread those of some contacts.
+    """
+
+    def __init__(self, fields, layout):
+        self.width, self.counts, self.load = layout.width, fields["counts"], fields["load"]
+        self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
+        self.x_search, self.dtype = fields["x_search"], layout.geometry
+        self.body, self.impulse = fields["sphere_body"], fields["sphere_impulse"]
+        self.forced, self.outside = bool(layout.forces), OutsideKick(fields, layout)
+        self.block_load = ti.field(ti.f64, shape=6) if on_device() else None
 
     @ti.func
-    def along(first, blocks, row: ti.template()):
+    def row_sum(self, first, blocks, row: ti.template()):
         """Sum over all contacts of a row of their loads."""
         total = ti.cast(0.0, ti.f64)
         for b in range(first, first + blocks):
-            for k in range(width):
-                total += ti.cast(load[b, row, k], ti.f64)
+            for k in range(self.width):
+                total += ti.cast(self.load[b, row, k], ti.f64)
         return total
 
     @ti.func
-    def loads():
-        first, n = counts[FIRST_SPHERE], count_blocks(counts[ON_SPHERE], width)
-        force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
-        torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
+    def loads(self):
+        """Force and torque of the grains on the sphere, summed in the order of the lanes."""
+        first, n = self.counts[FIRST_SPHERE], count_blocks(self.counts[ON_SPHERE], self.width)
+        force = ti.Vector([self.row_sum(first, n, k) for k in ti.static(range(3))])
+        torque = ti.Vector([self.row_sum(first, n, 6 + k) for k in ti.static(range(3))])
         return -force, torque
 
     @ti.func
-    def share(thread, threads):
-        out, contacts = ti.Vector.zero(ti.f64, 6), counts[ON_SPHERE]
+    def loads_of_thread(self, thread, threads):
+        """Force and torque on the sphere of the contacts of one of a block of threads."""
+        out, contacts = ti.Vector.zero(ti.f64, 6), self.counts[ON_SPHERE]
         for n in range(count_blocks(contacts, threads)):
-            c = n * threads + thread
-            if c < contacts:
-                b, lane = counts[FIRST_SPHERE] + c // width, c % width
+            contact = n * threads + thread
+            if contact < contacts:
+                block = self.counts[FIRST_SPHERE] + contact // self.width
+                lane = contact % self.width
                 for k in ti.static(range(3)):
-                    out[k] -= ti.cast(load[b, k, lane], ti.f64)
-                    out[3 + k] += ti.cast(load[b, 6 + k, lane], ti.f64)
+                    out[k] -= ti.cast(self.load[block, k, lane], ti.f64)
+                    out[3 + k] += ti.cast(self.load[block, 6 + k, lane], ti.f64)
         return out
 
-    return loads, share
-
-
-def make_sphere(fields, layout):
-    """Functions for the rigid sphere: `loads` and `move`. None in a scene without one.
-
-    `loads()`: force and torque of the grains on the sphere, summed in the order of the lanes;
-    `move(dt, reach2, step)`: kick and drift, 1 if a search is due.
-    For a block of threads: `share(thread, threads)`: force and torque of the contacts of one of
-    them on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
-    reach2, step)`: kick and drift by these.
-    """
-    if not layout.sphere:
-        return None
-    counts, (loads, share_load) = fields["counts"], make_loads(fields, layout)
-    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
-    body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    dtype, forces = layout.geometry, OutsideKick(fields, layout)
-    load = ti.field(ti.f64, shape=6) if on_device() else None
-
     @ti.func
-    def put_load(k, total):
+    def put_load(self, k, total):
+        """Store number k of the sum over a block of threads."""
         if k < 6:
-            load[k] = total
+            self.block_load[k] = total
 
     @ti.func
-    def move_by_load(dt, reach2, step):
-        force = ti.Vector([load[0], load[1], load[2]])
-        return kick_and_drift(dt, reach2, step, force, ti.Vector([load[3], load[4], load[5]]))
+    def move_by_load(self, dt, reach2, step):
+        """`move` by the sum over a block of threads."""
+        force, torque = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
+        for k in ti.static(range(3)):
+            force[k], torque[k] = self.block_load[k], self.block_load[3 + k]
+        return self.kick_and_drift(dt, reach2, step, force, torque)
 
     @ti.func
-    def move(dt, reach2, step):
-        force, torque = loads()
-        return kick_and_drift(dt, reach2, step, force, torque)
+    def move(self, dt, reach2, step):
+        """Kick and drift from a step to the next; 1 if a search is due."""
+        force, torque = self.loads()
+        return self.kick_and_drift(dt, reach2, step, force, torque)
 
     @ti.func
-    def kick_and_drift(dt, reach2, step, force, torque):
-        sphere = counts[GRAINS] + SPHERE
-        for component in ti.static(range(3)):
-            impulse[component] = impulse[component] + dt * force[component]
-            impulse[3 + component] = impulse[3 + component] + dt * torque[component]
-        velocity = v[sphere] + ti.cast(dt * body[0] * force, dtype)
-        spin = w[sphere] + ti.cast(dt * body[1] * torque, dtype)
-        if ti.static(bool(layout.forces)):
-            at, weight, half = forces.of_sphere(step), forces.weight_of_sphere(), 0.5 * dt
-            kick, turn = half * body[0] * force, half * body[1] * torque
-            velocity, spin = forces.accelerate(sphere, at, weight, velocity, spin, kick, turn, dt)
-        position = x[sphere] + ti.cast(dt, dtype) * velocity
-        v[sphere], x[sphere], w[sphere] = velocity, position, spin
-        way = position - x_search[sphere]
+    def kick_and_drift(self, dt, reach2, step, force, torque):
+        sphere = self.counts[GRAINS] + SPHERE
+        for k in ti.static(range(3)):
+            self.impulse[k] = self.impulse[k] + dt * force[k]
+            self.impulse[3 + k] = self.impulse[3 + k] + dt * torque[k]
+        velocity = self.v[sphere] + ti.cast(dt * self.body[0] * force, self.dtype)
+        spin = self.w[sphere] + ti.cast(dt * self.body[1] * torque, self.dtype)
+        if ti.static(self.forced):
+            at, weight = self.outside.of_sphere(step), self.outside.weight_of_sphere()
+            half = 0.5 * dt
+            kick, turn = half * self.body[0] * force, half * self.body[1] * torque
+            velocity, spin = self.outside.accelerate(
+                sphere, at, weight, velocity, spin, kick, turn, dt
+            )
+        position = self.x[sphere] + ti.cast(dt, self.dtype) * velocity
+        self.v[sphere], self.x[sphere], self.w[sphere] = velocity, position, spin
+        way = position - self.x_search[sphere]
         return ti.select(way.dot(way) <= reach2, 0, 1)
-
-    of_block = {"share": share_load, "put_load": put_load, "move_by_load": move_by_load}
-    return SimpleNamespace(loads=loads, move=move, **of_block)
 
 
 @ti.data_oriented
