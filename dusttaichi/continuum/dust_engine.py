@@ -74,6 +74,7 @@ class DustEngine(EngineOfParts):
             *(self.kernels.search, self.scratch, self.dust_state, self.environment),
             h=scene.numerics.smoothing_length,
             surfaces=prepared.surfaces,
+            threads=prepared.threads,
         )
         self_gravity = SelfGravity(*evaluated) if self.layout.self_gravity else None
         self.ledger = DustLedger(self.motion, self_gravity, prepared.numbers["gravity"])
@@ -92,7 +93,7 @@ class DustEngine(EngineOfParts):
 
         self.workers = WorkerChoice(self.stepper, fixed=scene.numerics.threads != "auto")
         self.variables = choose_variables(scene, self.sample, self.layout, self.domain)
-        self.pairing = Pairing(self.dust_state, self.environment, self.sample)
+        self.pairing = Pairing(self.dust_state, self.environment, self.sample, prepared.threads)
         self.recorder = self._make_recorder()
         self.size, self.channels = len(self.sample), (*CHANNELS, *self.layout.forces.channels)
 

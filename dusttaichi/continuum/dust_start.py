@@ -11,6 +11,9 @@ from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.errors import DustError
 from dusttaichi.results.roles import DUST, ELASTIC, RIGID
 
+# rows of the tensors of the kernels, one after another, of xx yy zz xy xz yz
+TENSOR_ROWS = {2: (0, 4, 4, 2), 3: (0, 3, 4, 3, 1, 5, 4, 5, 2)}
+
 
 def start(scene, sample, motion, search, stepper, *, environment, scratch):
     """Put the Particles of a scene into the fields of a DustMotion, at step 0.
@@ -67,38 +70,39 @@ def put_particles(sample, state, rows):
     group[role == DUST] = -1
     elastic = role == ELASTIC
     moves = elastic | (role == DUST)
-    centre = rows[:, COLUMN["centre"]][group]
-    S = sample.deviator
-    full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if state.dimension == 3 else S[:, [0, 4, 4, 2]]
-    volume = sample.mass / sample.density
-    dust = state.material
-    if state.layout.materials:
-        dust = state.materials.take(sample.material)
-    values = {
-        "x": sample.position[:, axes],
-        "v": sample.velocity[:, axes],
-        "mass": sample.mass,
-        "density": sample.density,
-        "reference": sample.reference,
-        "modulus": np.where(elastic, sample.modulus, bulk_modulus(sample.reference, dust)),
-        "shear_ratio": np.where(elastic, sample.shear_ratio, dust.mu_over_K),
-        "volume": np.where(moves, volume, 0.0),
-        "deviator": np.where(rigid[:, None], 0.0, full),
-        "arm": np.where(rigid[:, None], (sample.position - centre)[:, axes], 0.0),
-        "group": group,
-        "role": role,
-        "number": np.arange(count, dtype=np.int32),
-    }
+    deviator = sample.deviator[:, list(TENSOR_ROWS[state.dimension])]
+    deviator[rigid] = 0.0
+    state["deviator"] = deviator
+    del deviator  # large samples: one array at a time
+    arm = np.zeros((count, state.dimension))
+    centre = rows[:, COLUMN["centre"]][group[rigid]]
+    arm[rigid] = (sample.position[rigid] - centre)[:, axes]
+    state["arm"] = arm
+    state["x"], state["v"] = sample.position[:, axes], sample.velocity[:, axes]
+    for name in ("mass", "density", "reference"):
+        state[name] = getattr(sample, name)
+    state["volume"] = np.where(moves, sample.mass / sample.density, 0.0)
+    _put_moduli(sample, state, elastic)
+    state["group"], state["role"] = group, role
+    state["number"] = np.arange(count, dtype=np.int32)
     if "side" in state:
-        values["side"] = np.where(elastic, 2 + sample.body, np.where(rigid, 1, 0))
+        state["side"] = np.where(elastic, 2 + sample.body, np.where(rigid, 1, 0))
     if state.layout.separate:
-        values["gap"] = np.full(count, CLOSED)
-    for name, value in values.items():
-        state[name] = value
+        state["gap"] = np.full(count, CLOSED)
     if not moves.any():
         raise DustError(
             "sample: all particles are rigid or fixed; dust or an elastic body is needed"
         )
+
+
+def _put_moduli(sample, state, elastic):
+    """Put moduli into fields; elastic: True of the particles of elastic bodies."""
+    dust = state.material
+    if state.layout.materials:
+        dust = state.materials.take(sample.material)
+    of_dust = bulk_modulus(sample.reference, dust)
+    state["modulus"] = np.where(elastic, sample.modulus, of_dust)
+    state["shear_ratio"] = np.where(elastic, sample.shear_ratio, dust.mu_over_K)
 
 
 def cut_by_mirrors(body, sample, mirrors):

@@ -4,8 +4,11 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from dusttaichi.compute.host_threads import cut_rows, share_out
 from dusttaichi.compute.memory import FieldState, view_cells
 from dusttaichi.continuum.kernels.store import COLUMN, FACES, OLD, SUBSTEPS, WHOLE, declare
+
+ROWS_AT_ONCE = 2**13  # particles that a thread puts in another order
 
 
 class DustState(FieldState):
@@ -81,15 +84,15 @@ class DustState(FieldState):
 
     # -- orders and axes -------------------------------------------------------------------------
 
-    def reorder(self, order):
+    def reorder(self, order, threads=1):
         """Put the particles in another order."""
         for names in self._adjacent.values():
             cells = view_cells([self.fields[name] for name in names], self.count)
-            if cells is not None:  # all variables of a block at once
-                cells[:] = cells[order]
+            if cells is None:
+                for name in names:
+                    self[name] = self.of_particles(name)[order]
                 continue
-            for name in names:
-                self[name] = self.of_particles(name)[order]
+            _reorder(cells, order, threads)  # all variables of a block at once
 
     def in_order(self, values):
         """Rows of all particles in the order of the sample, of those in internal order."""
@@ -114,3 +117,17 @@ class DustState(FieldState):
         """Go back to the arrays of a checkpoint of the same scene and sample."""
         for name in (*self.names, *WHOLE):
             self[name] = arrays[name]
+
+
+def _reorder(rows, order, threads):
+    """Put rows (n,) in another order, in several threads."""
+    reordered, slices = np.empty_like(rows), cut_rows(len(rows), ROWS_AT_ONCE)
+
+    def gather(part):
+        reordered[part] = rows[order[part]]
+
+    def put(part):
+        rows[part] = reordered[part]
+
+    share_out(gather, slices, threads)
+    share_out(put, slices, threads)

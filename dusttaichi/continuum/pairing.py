@@ -30,20 +30,21 @@ APART = 1.1
 class Pairing:
     """Watch over the bodies of a DustState, from its step 0.
 
-    state: DustState. environment: Environment. sample: its Particles. looked: step of the last
-    look.
+    state: DustState. environment: Environment. sample: its Particles. threads: that search. looked:
+    step of the last look.
     """
 
-    def __init__(self, state, environment, sample):
+    def __init__(self, state, environment, sample, threads=1):
         self._state, self._environment, self.looked = state, environment, 0
         self.names = [body.name for body in sample.bodies] or ["the dust"]
         gives = np.isin(sample.role, (DUST, ELASTIC))
         self.bodies = [np.flatnonzero(gives & (sample.body == k)) for k in range(len(self.names))]
         self.elastic, self.volume = sample.role == ELASTIC, sample.mass / sample.density
         self.reference = state.in_order(state.of_particles("reference"))
-        self.apart = np.full(len(sample), np.inf)
+        self.apart, self._threads = np.full(len(sample), np.inf), threads
         for rows_of_body in self.bodies:
-            self.apart[rows_of_body] = _nearest(sample.position[rows_of_body])
+            x = sample.position[rows_of_body]
+            self.apart[rows_of_body] = _nearest(x, np.inf, threads)
 
     def check(self):
         """Raise GuardStop if a body has broken by pairing; looks now and then."""
@@ -72,7 +73,8 @@ class Pairing:
         volume = state.in_order(state.of_particles("mass") / state.of_particles("density"))[body]
         grown = (volume / self.volume[body]) ** (1.0 / state.dimension)
         at_start = self.apart[body] * grown
-        return _nearest(x, farthest * at_start.max(initial=0.0)) / at_start
+        nearest = _nearest(x, farthest * at_start.max(initial=0.0), self._threads)
+        return nearest / at_start
 
     def _whole(self):
         """True for particles that have not yielded, (N,) bool, in the order of the sample."""
@@ -100,7 +102,7 @@ class Pairing:
         )
 
 
-def _nearest(x, farthest=np.inf):
+def _nearest(x, farthest, threads):
     """Distance of each of the points (n, 3) or (n, 2) to the nearest other one, (n,).
 
     Infinite where that is not nearer than `farthest`.
@@ -109,4 +111,4 @@ def _nearest(x, farthest=np.inf):
         return np.full(len(x), np.inf)
     # points of a lattice: a tree of medians takes longer, and is no better
     tree = scipy.spatial.cKDTree(x, balanced_tree=False, compact_nodes=False)
-    return tree.query(x, k=2, distance_upper_bound=farthest)[0][:, 1]
+    return tree.query(x, k=2, distance_upper_bound=farthest, workers=threads)[0][:, 1]

@@ -5,10 +5,11 @@ a device. All depends on the present positions alone. A resumed run rebuilds the
 search from the positions of that search.
 """
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
+from dusttaichi.compute.host_threads import share_out
 from dusttaichi.continuum.kernels.block_lists import COUNT, ORDER, PLANES
 from dusttaichi.continuum.kernels.search_kernels import FARTHEST, FURTHER_CELLS, MOST_CELLS
 from dusttaichi.continuum.kernels.store import COLUMN
@@ -21,6 +22,7 @@ SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 # steps with longer lists and of more searches
 SKIN = {2: 0.6, 3: 0.3}
 WIDER = 1.3  # of the cells of the lists where they would be more than their capacity
+SORTED_AT_ONCE = 2**13  # particles of columns that are sorted together, about
 
 # what is wrong where the entries of a list exceed its capacity
 EXCEEDED = {
@@ -56,12 +58,14 @@ class DustSearch:
     """The neighbour lists of a DustState.
 
     kernels: those of the search. scratch: memory.Table of the lists, by name. state: DustState.
-    environment: Environment. h: smoothing length [m]. surfaces: Surfaces. count: searches so far.
+    environment: Environment. h: smoothing length [m]. surfaces: Surfaces. threads: that put the
+    particles in order on a CPU. count: searches so far.
     """
 
-    def __init__(self, kernels, scratch, state, environment, *, h, surfaces):
+    def __init__(self, kernels, scratch, state, environment, *, h, surfaces, threads):
         self._kernels, self._scratch = kernels, scratch
         self.state, self._environment, self.surfaces = state, environment, surfaces
+        self._threads = threads
         self.skin = skin_of(state.dimension, h)
         self.reach, self.count = SUPPORT * h + self.skin, 0
         self._write_surroundings(h)
@@ -132,7 +136,7 @@ class DustSearch:
 
     def _reorder(self):
         """Put the particles in the order of blocks, and note the places of this search."""
-        self.state.reorder(self._in_blocks())
+        self.state.reorder(self._in_blocks(), self._threads)
         self.state["x_search"] = self.state.of_particles("x")
         rows = self.state["rigid"]
         rows[:, COLUMN["searched"]] = rows[:, COLUMN["centre"]]
@@ -148,10 +152,13 @@ class DustSearch:
         width = (lanes * np.median(volume[volume > 0.0])) ** (1.0 / d)
         cells = np.floor((x[:, :-1] - self.low[:-1]) / width).astype(np.int64)
         turn = cells.sum(axis=1) % 2 == 1
+        column = cells[:, 0]
         if d == 3:
-            cells[:, 1] = np.where(cells[:, 0] % 2 == 1, -cells[:, 1], cells[:, 1])
+            across = cells[:, 1].max() + 1
+            back = column % 2 == 1
+            column = across * column + np.where(back, across - 1 - cells[:, 1], cells[:, 1])
         along = np.where(turn, -x[:, -1], x[:, -1])
-        return np.lexsort((along, *cells.T[::-1]))
+        return _sort_columns(column, along, self._threads)
 
     def _write_lists(self):
         """Write images and lists. Raises GuardStop where they are too long."""
@@ -187,3 +194,24 @@ class DustSearch:
                 count=count, capacity=capacity, each=count / self.state.count
             )
             raise GuardStop(f"{moment(self._environment)} {text}")
+
+
+def _sort_columns(column, along, threads):
+    """Order by column, in each by the place along it, then by number: as np.lexsort, but faster.
+
+    The order of columns has hardly changed since the last search. Few columns at a time stay in the
+    cache of a thread.
+    """
+    order = np.argsort(column, kind="stable")
+    column, along = column[order], along[order]
+    starts = np.flatnonzero(np.diff(column)) + 1
+    ends = np.arange(SORTED_AT_ONCE, len(order), SORTED_AT_ONCE)
+    ends = np.append(starts, len(order))[np.searchsorted(starts, ends)]
+    ends = np.unique(np.append(ends, len(order)))
+
+    def sort(part):
+        order[part] = order[part][np.lexsort((along[part], column[part]))]
+
+    slices = [slice(*ends_of_part) for ends_of_part in pairwise([0, *ends])]
+    share_out(sort, slices, threads)
+    return order
