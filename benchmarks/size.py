@@ -125,9 +125,9 @@ def main(
 
 NOTE = (
     "Processor time of a process for each phase, beyond the start of Python. Run: on one thread, "
-    "with frames at start and end. Build: first contacts, first step, and kernels, "
-    "from the cache where they are. Files: of the processes that write them beside the run. "
-    "Exponent: growth of the time of the sample since the size before; for N log N about 1.1. "
+    "with frames at start and end. Build: first contacts or forces, of grains the first step, and "
+    "kernels, from the cache where they are. Files: of the processes that write them beside the "
+    "run. Exponent: growth of the time of the sample since the size before; for N log N about 1.1. "
     "Memory: the largest resident one of a process."
 )
 

@@ -32,10 +32,15 @@ class Processor:
 
 
 class Segments:
-    """Context around each segment of steps; the first, a single step, belongs to the build."""
+    """Context around each segment of steps.
 
-    def __init__(self, processor):
-        self._processor, self._phase = processor, "build"
+    The first, a single step, which compiles kernels, belongs to the build of grains. The build of a
+    continuum computes forces already, and its first step is many time steps.
+    """
+
+    def __init__(self, processor, method):
+        self._processor = processor
+        self._phase = "steps" if method == "continuum" else "build"
 
     def __enter__(self):
         self._processor.lap("output")
@@ -89,7 +94,7 @@ def run(scene, directory):
     others = {"report": lambda report: None, "log": lambda text: None}
     directory = Path(directory)
     with Interrupts() as interrupts, RunLock(directory) as lock:
-        others |= {"interrupts": interrupts, "advancing": Segments(processor)}
+        others |= {"interrupts": interrupts, "advancing": Segments(processor, scene.method)}
         sampled = lambda sample: processor.lap("made")  # noqa: E731
         opening = Opening(scene, directory, lock, sampled=sampled, **others)
         built = opening.method.build
