@@ -25,10 +25,24 @@ if TYPE_CHECKING:
 
 Body = NDArray[np.integer] | Sequence[int]  # numbers of its grains
 Bodies = Sequence[Body]
+# radius of the uniform sphere over its radius of gyration
+CHARACTERISTIC = float(np.sqrt(5.0 / 3.0))
 
 
 @dataclass(frozen=True)
-class Fragments:
+class FragmentMasses:
+    """Which grains are in which of F fragments, largest mass first, in SI."""
+
+    label: NDArray[np.integer]  #: Fragment of each grain, (N,); 0 is the largest.
+    grains: NDArray[np.integer]  #: Number of grains, (F,).
+    mass: NDArray[np.float64]  #: [kg], (F,).
+
+    def __len__(self) -> int:
+        return len(self.grains)
+
+
+@dataclass(frozen=True)
+class Fragments(FragmentMasses):
     """The F fragments of one snapshot, largest mass first, in SI.
 
     Notes
@@ -39,9 +53,6 @@ class Fragments:
     Images have the velocity of their grain.
     """
 
-    label: NDArray[np.integer]  #: Fragment of each grain, (N,); 0 is the largest.
-    grains: NDArray[np.integer]  #: Number of grains, (F,).
-    mass: NDArray[np.float64]  #: [kg], (F,).
     volume: NDArray[np.float64]  #: Volume of the grains [m^3], (F,).
     centre: NDArray[np.float64]  #: Centre of mass [m], (F, 3).
     velocity: NDArray[np.float64]  #: Velocity of the centre of mass [m/s], (F, 3).
@@ -49,13 +60,10 @@ class Fragments:
     angular_momentum: NDArray[np.float64]
     radius_of_gyration: NDArray[np.float64]  #: [m], (F,).
 
-    def __len__(self) -> int:
-        return len(self.grains)
-
     @property
     def characteristic_radius(self) -> NDArray[np.float64]:
         """sqrt(5/3) R_g [m], (F,): of the uniform sphere with that radius of gyration."""
-        return float(np.sqrt(5.0 / 3.0)) * self.radius_of_gyration
+        return CHARACTERISTIC * self.radius_of_gyration
 
     @property
     def filling_factor(self) -> NDArray[np.float64]:
@@ -64,10 +72,20 @@ class Fragments:
         It is not a number for a single grain, and above 1 for two or three, whose radius of
         gyration neglects the extent of a grain.
         """
-        sphere = 4.0 / 3.0 * np.pi * self.characteristic_radius**3
-        phi = np.full(len(self), np.nan)
-        np.divide(self.volume, sphere, out=phi, where=sphere > 0.0)
-        return phi
+        return compute_filling_factor(self.volume, self.radius_of_gyration)
+
+
+def compute_filling_factor(
+    volume: NDArray[np.float64], radius_of_gyration: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Volumes of grains [m^3] over those of the spheres of the characteristic radii, (F,) each.
+
+    radius_of_gyration [m]. It is not a number for a single grain.
+    """
+    sphere = 4.0 / 3.0 * np.pi * (CHARACTERISTIC * radius_of_gyration) ** 3
+    phi = np.full(len(volume), np.nan)
+    np.divide(volume, sphere, out=phi, where=sphere > 0.0)
+    return phi
 
 
 def find_fragments(run: Run, snapshot: int = -1) -> Fragments:
@@ -109,9 +127,9 @@ def sum_fragments(
     masses [kg], radius [m]: of the grains, (N,). motion: their positions [m], velocities [m/s] and
     spins [rad/s], (N, 3) each.
     """
-    number = int(label.max(initial=-1)) + 1
+    weighed = weigh_fragments(label, masses)
     position, velocity_of_grains, spin_of_grains = motion
-    mass = np.asarray(np.bincount(label, masses, minlength=number), float)
+    number, mass = len(weighed), weighed.mass
 
     def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
         means: NDArray[np.float64] = (
@@ -126,8 +144,15 @@ def sum_fragments(
     square = np.bincount(label, masses * (offset**2).sum(axis=1), minlength=number) / mass
     volumes = 4.0 / 3.0 * np.pi * radius**3
     volume = np.asarray(np.bincount(label, volumes, minlength=number), float)
-    grains = np.bincount(label, minlength=number)
-    return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
+    return Fragments(
+        label, weighed.grains, mass, volume, centre, velocity, angular, np.sqrt(square)
+    )
+
+
+def weigh_fragments(label: NDArray[np.intp], masses: NDArray[np.float64]) -> FragmentMasses:
+    """The FragmentMasses of N grains of these masses [kg] whose fragment is `label`."""
+    mass = np.asarray(np.bincount(label, masses), float)
+    return FragmentMasses(label, np.bincount(label), mass)
 
 
 def label_fragments(frame: Frame, masses: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -247,9 +272,9 @@ def measure_growth_efficiency(
 
 
 def compute_growth_efficiency(
-    fragments: Fragments, masses: NDArray[np.float64], bodies: Bodies
+    fragments: FragmentMasses, masses: NDArray[np.float64], bodies: Bodies
 ) -> float:
-    """Growth efficiency of two bodies (lists of grains), from the Fragments afterwards.
+    """Growth efficiency of two bodies (lists of grains), from the fragments afterwards.
 
     masses: of the grains [kg], (N,).
     """

@@ -18,7 +18,7 @@ from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.analysis.restitution import UNTOUCHED, are_stuck_together, compute_relative_motion
 
 if TYPE_CHECKING:
-    from dusttaichi.analysis.fragments import Bodies, Body, Fragments
+    from dusttaichi.analysis.fragments import Bodies, Body, FragmentMasses, Fragments
     from dusttaichi.analysis.run import Run
 
 
@@ -56,10 +56,10 @@ def determine_outcome(run: Run, fragments: Fragments, bodies: Bodies) -> str:
     )
 
 
-def classify_outcome(fragments: Fragments, masses: NDArray[np.float64], bodies: Bodies) -> str:
+def classify_outcome(fragments: FragmentMasses, masses: NDArray[np.float64], bodies: Bodies) -> str:
     """Name of the outcome of two bodies (grain numbers) that have touched.
 
-    fragments: the Fragments afterwards. masses: of the grains [kg], (N,).
+    fragments: those afterwards. masses: of the grains [kg], (N,).
     """
     if len(fragments) == 1:
         return "sticking"
@@ -97,11 +97,11 @@ def has_settled(run: Run) -> bool:
     )
 
 
-def _name_erosion(fragments: Fragments, target: float) -> str:
+def _name_erosion(fragments: FragmentMasses, target: float) -> str:
     return "erosion" if fragments.mass[0] >= HALF * target else "fragmentation"
 
 
-def _is_intact(fragments: Fragments, masses: NDArray[np.float64], body: Body) -> bool:
+def _is_intact(fragments: FragmentMasses, masses: NDArray[np.float64], body: Body) -> bool:
     """True where a body is a separate fragment that has lost and gained little mass."""
     body_mass_by_fragment = np.bincount(
         fragments.label[body], masses[body], minlength=len(fragments)

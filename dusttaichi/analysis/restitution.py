@@ -14,7 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, are_in_same_fragment
 
 if TYPE_CHECKING:
-    from dusttaichi.analysis.fragments import Bodies, Body, Fragments
+    from dusttaichi.analysis.fragments import Bodies, Body, FragmentMasses
     from dusttaichi.analysis.frame import Frame
     from dusttaichi.analysis.run import Run
 
@@ -91,8 +91,8 @@ def measure_restitution(
     return result
 
 
-def are_stuck_together(fragments: Fragments, bodies: Bodies) -> bool:
-    """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
+def are_stuck_together(fragments: FragmentMasses, bodies: Bodies) -> bool:
+    """True where one of the fragments has more than half of the mass of both bodies (grains)."""
     return are_in_same_fragment(
         fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies
     )

@@ -1,6 +1,7 @@
 """Environment of the grains at the present step: walls and periodic cell. Internal units."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 from dusttaichi.domain.environment import Environment
 from dusttaichi.grains.kernels.gather import Walls
@@ -48,7 +49,7 @@ class GrainEnvironment(Environment):
 def make_walls_argument(box):
     """The walls of a Box, or of None, as kernels take them."""
     if box is None:
-        return Walls()
+        return _make_no_walls()
     return Walls(
         normal=box.normal.tolist(),
         offset=box.offset.tolist(),
@@ -56,3 +57,8 @@ def make_walls_argument(box):
         strength=box.strength.tolist(),
         along=box.along[:, 0].tolist(),
     )
+
+
+@lru_cache(1)  # which takes as long as a step of ten thousand grains
+def _make_no_walls():
+    return Walls()

@@ -219,17 +219,12 @@ class Members:
     def _make_stranger_error(member):
         return RuntimeError(f"grains of member {member} touch those of another one")
 
-    def motion(self, member):
-        """Positions [um] of the grains of a member in the sample's order, (n, 3).
-
-        And velocities [um/us] and spins [rad/us], half a step back.
-        """
+    def positions(self, member):
+        """Positions [um] of the grains of a member in the sample's order, (n, 3)."""
         grains, state = self.grains(member), self._state
-        out = np.empty((3, grains.stop - grains.start, 3))
-        for values, name in zip(out, ("x", "v", "w"), strict=True):
-            values[self._state.order[grains] - grains.start] = state.fields[name].copy_rows(
-                grains.start, grains.stop
-            )
+        out = np.empty((grains.stop - grains.start, 3))
+        x = state.fields["x"].copy_rows(grains.start, grains.stop)
+        out[state.order[grains] - grains.start] = x
         return out
 
     # -- from one simulation to another ----------------------------------------------------------

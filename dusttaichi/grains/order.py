@@ -67,7 +67,7 @@ def morton_key(positions, cell):
     """Number (N,) of each grain's cell along a Morton curve."""
     c = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
     key = np.zeros(len(c), np.int64)
-    for bit in range(20):
+    for bit in range(min(20, int(c.max(initial=0)).bit_length())):
         for axis in range(3):
             key |= ((c[:, axis] >> bit) & 1) << (3 * bit + axis)
     return key

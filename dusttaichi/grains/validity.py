@@ -1,5 +1,7 @@
 """Guards of grains: contacts that are too deep, grains beyond their walls, invalid numbers."""
 
+from math import isfinite
+
 import numpy as np
 
 from dusttaichi.errors import GuardStop
@@ -16,20 +18,20 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
     MovingSphere, or None. grains: those of the Measurement, by the sample's numbers, of which the
     message counts from the first on.
     """
-    m, when = measurement.parts, moment(run)
-    if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
+    m = measurement.parts
+    if not isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
-            f"{when} the energy is not a number{_find_culprit(motion, grains)}: the step is too "
-            f"long. {_start(run)} a smaller numerics.time_step or a lower speed."
+            f"{moment(run)} the energy is not a number{_find_culprit(motion, grains)}: the step is "
+            f"too long. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
-            f"{when} a contact{_find_deepest(contacts, grains)} overlaps by "
+            f"{moment(run)} a contact{_find_deepest(contacts, grains)} overlaps by "
             f"{m['largest_strain']:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: "
             f"the contact model does not hold there. {_start(run)} {_name_speed(motion, sphere)}, "
             "an earlier stop, or a smaller numerics.time_step."
         )
-    _check_inside(when, motion, sphere)
+    _check_inside(run, motion, sphere)
 
 
 def _start(run):
@@ -69,11 +71,11 @@ def _find_deepest(contacts, grains):
     return f" (grains {i[k] - first} and {j[k] - first} the deepest)"
 
 
-def _check_inside(when, motion, sphere):
+def _check_inside(run, motion, sphere):
     if sphere is not None and (passed := sphere.walls_passed()):
         raise GuardStop(
-            f"{when} the sphere has reached the wall {passed[0]}: contacts of sphere and walls are "
-            "not computed. Stop earlier, leave the wall out, or take a larger room."
+            f"{moment(run)} the sphere has reached the wall {passed[0]}: contacts of sphere and "
+            "walls are not computed. Stop earlier, leave the wall out, or take a larger room."
         )
     if motion.environment.box is None:
         return
@@ -81,6 +83,6 @@ def _check_inside(when, motion, sphere):
     names = name_walls(motion.environment.domain)
     if distance < 0.0:
         raise GuardStop(
-            f"{when} the centre of grain {grain} has gone through the wall {names[wall]}. "
+            f"{moment(run)} the centre of grain {grain} has gone through the wall {names[wall]}. "
             "Try a lower speed or a smaller numerics.time_step."
         )

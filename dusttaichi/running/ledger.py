@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,7 +65,7 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
     that has gone through the system or is bound in its contacts.
     """
     sim.validate(m)
-    if not np.isfinite(m.energy) or not np.isfinite(m.losses).all():
+    if not isfinite(m.energy) or not np.isfinite(m.losses).all():
         raise GuardStop(
             f"{moment(sim)} the energy is not a number"
             + _cause(sim, "the step is too long", "a lower speed")
@@ -76,8 +77,9 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
             f"energy that has gone through the system, more than {tolerance:.2%}"
             + _cause(sim, "the step does not resolve the motion")
         )
-    storing = getattr(sim, "storing", ())  # channels that may return energy
-    channel_losses = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
+    channel_losses = m.losses
+    if storing := getattr(sim, "storing", ()):  # channels that may return energy
+        channel_losses = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
     worst = int(np.argmin(channel_losses))
     if m.losses[worst] < -tolerance * through:
         raise GuardStop(

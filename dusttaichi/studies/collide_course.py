@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from dusttaichi import method
-from dusttaichi.analysis.fragments import compute_growth_efficiency
+from dusttaichi.analysis.fragments import compute_growth_efficiency, weigh_fragments
 from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import scale_materials
@@ -30,12 +30,15 @@ SAME = 16  # looks over which the fragments must not change, for the collision t
 EVERY = 4  # looks between two of them at the fragments
 DIGITS = 12  # of a growth efficiency: sums of masses round
 LEAST = 50  # steps between two looks, at least
+# grains of a pair below which all its looks are at multiples of LEAST steps, as those of the many
+# pairs beside it are: a look at all of them costs little more than that at a single one
+FEW = 200
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 ROUNDED = 13  # digits of a speed that decides about a time step: centres of mass round
 # attributes of a collision under way that a checkpoint has, values of JSON
 PROGRESS = tuple(
     "first facts initial_velocity normal _nearest touch end flight next_examination next_look "
-    "looks unchanged fragment_sizes lost lost_before phase_ends _records _positions".split()
+    "looks unchanged fragment_sizes lost lost_before phase_ends _records".split()
 )
 
 
@@ -59,7 +62,6 @@ class Collision(MemberBodies):
     fragment_sizes: list[int] | None
     facts: dict[str, Any]
     _records: list[tuple[float, float, float, float, list[float]]]
-    _positions: list[Any]
 
     def __init__(
         self,
@@ -114,13 +116,17 @@ class Collision(MemberBodies):
             self.flight = max(LEAST, round(distance / info["speed"] / LOOKS / dt))
             self.touch = int(info["time_to_touch"] / dt)
         stop: Any = self.scene.stop  # which the checks of the block ask for
-        self.end = self.touch + round(stop.time / dt)
-        self.next_examination = self.next_look = min(self.touch, self.end)
+        self.end = self._round_down(self.touch + round(stop.time / dt))
+        self.flight = self._round_down(self.flight)
+        self.next_examination = self.next_look = min(self._round_down(self.touch), self.end)
         self.looks = self.unchanged = 0
         self.lost, self.lost_before, self.fragment_sizes = 0.0, None, None
         self.phase_ends, self._records = [], []
-        self._positions = [self.measure_grains()[0].tolist()]
         self.facts = self._facts()
+
+    def _round_down(self, steps: int) -> int:
+        """The number of steps, of a pair of few grains a multiple of LEAST."""
+        return steps if len(self.sample) >= FEW else steps - steps % LEAST
 
     # -- the course ------------------------------------------------------------------------------
 
@@ -204,7 +210,7 @@ class Collision(MemberBodies):
         start = method.Start.from_measurement(self.first)
         member = cast("Engine", self)  # which has of an Engine what the ledger asks
         ledger.check(member, self.measurement, start, self.scene.numerics.ledger_tolerance)
-        sizes = np.bincount(self.label_grains()).tolist()
+        sizes = self.count_fragments()
         # before anything sticks or breaks there are two bodies as well
         is_unchanged = sizes == self.fragment_sizes and self.looks > LOOKS
         self.unchanged = self.unchanged + EVERY if is_unchanged else 0
@@ -239,15 +245,19 @@ class Collision(MemberBodies):
         series["loss"] = dict(zip(self.channels, zip(*losses, strict=True), strict=True))
         body = np.repeat([0, 1], [len(grains) for grains in self.bodies])
         grains = {"radius": self.radii, "body": body, "fragment": self.label_grains()}
-        grains["position"] = np.array([*self._positions, self.measure_grains()[0]])
+        grains["position"] = np.array([self.sample.positions, self.measure_positions()])
         return {"series": series, "grains": plain(grains)}
 
     def _facts(self) -> dict[str, Any]:
         """Columns known before the collision."""
         target, projectile = (self.masses[body].sum() for body in self.bodies)
-        info, fragments = self.sample.info, self.find_fragments()
+        info = self.sample.info
         energy = 0.5 * target * projectile / (target + projectile) * info["speed"] ** 2
-        filling = fragments.filling_factor[:2] if len(fragments) == 2 else [np.nan] * 2
+        filling = self.compute_filling_factors()
+        if projectile > target:
+            filling = filling[::-1]
+        if len(self.count_fragments()) != 2:
+            filling = np.full(2, np.nan)
         return {
             "grains": len(self.sample),
             "mass_ratio": float(max(target, projectile) / min(target, projectile)),
@@ -258,7 +268,8 @@ class Collision(MemberBodies):
 
     def _measure_end(self) -> dict[str, Any]:
         """Columns known at the end."""
-        fragments, m, J = self.find_fragments(), self.measurement, self.units("J")
+        fragments = weigh_fragments(self.label_grains(), self.masses)
+        m, J = self.measurement, self.units("J")
         outcome, ends = classify_outcome(fragments, self.masses, self.bodies), self.phase_ends
         residual = ledger.ledger(m, method.Start.from_measurement(self.first))[0] * J
         growth = compute_growth_efficiency(fragments, self.masses, self.bodies)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dusttaichi import method
-from dusttaichi.analysis.fragments import Fragments, sum_fragments
+from dusttaichi.analysis.fragments import compute_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.grains import validity
 from dusttaichi.physics.geometry import (
@@ -59,9 +59,19 @@ class Encounter:
     def update_normal(self) -> None:
         """Store the normal where the bodies are closer than at all former calls."""
         line = self.measure_relative_motion()[0]
-        distance = float(np.linalg.norm(line))
+        distance = sqrt(line @ line)  # as np.linalg.norm, in a tenth of its time
         if distance < self._nearest:
             self._nearest, self.normal = distance, line / distance
+
+    def compute_filling_factors(self) -> NDArray[np.float64]:
+        """Filling factors of the bodies of the Sample, within their characteristic radii."""
+        volume = [np.sum(4.0 / 3.0 * np.pi * self.radii[grains] ** 3) for grains in self.bodies]
+        gyration = []
+        for grains in self.bodies:
+            mass, x = self.masses[grains], self.sample.positions[grains]
+            apart = x - mass @ x / mass.sum()
+            gyration.append(np.sqrt(mass @ (apart**2).sum(axis=1) / mass.sum()))
+        return compute_filling_factor(np.array(volume), np.array(gyration))
 
     def measure_restitution(self) -> float | None:
         """Speed of separation over that of approach, along the normal; None without an approach."""
@@ -174,7 +184,6 @@ class MemberBodies(Encounter):
         self._motion: NDArray[np.float64] = look.motion * self._scales
         if look.measurement is not None:
             self.measurement, self._fragment = look.measurement, look.fragment
-            self._label: NDArray[np.intp] | None = None
 
     def validate(self, measurement: method.Measurement) -> None:
         """Raise GuardStop if its Measurement cannot be trusted."""
@@ -188,24 +197,18 @@ class MemberBodies(Encounter):
 
     def label_grains(self) -> NDArray[np.intp]:
         """Fragment of each grain (N,) at the last look with energies, 0 the heaviest."""
-        if self._label is None:
-            self._label = largest_first(number_by_first(self._fragment), self.masses)
-        return self._label
+        label: NDArray[np.intp] = largest_first(number_by_first(self._fragment), self.masses)
+        return label
+
+    def count_fragments(self) -> list[int]:
+        """Grains of the fragments at that look, smallest first."""
+        grains = np.bincount(self._fragment - self._fragment.min())
+        return sorted(grains[grains > 0].tolist())
 
     def are_bound(self) -> bool:
         """True while one fragment has more than half of the mass of both."""
         return bool(are_in_same_fragment(self.label_grains(), self.masses, self.bodies))
 
-    def measure_grains(self) -> NDArray[np.float64]:
-        """Positions [m], velocities [m/s], spins [rad/s] of the grains, (3, N, 3).
-
-        The latter two half a step back.
-        """
-        scales = np.array([self.units(unit) for unit in ("m", "m/s", "rad/s")])
-        return np.asarray(self._members.motion(self.member) * scales[:, None, None])
-
-    def find_fragments(self) -> Fragments:
-        """The Fragments now."""
-        motion, label = self.measure_grains(), self.label_grains()
-        fragments: Fragments = sum_fragments(label, self.masses, self.radii, motion)
-        return fragments
+    def measure_positions(self) -> NDArray[np.float64]:
+        """Positions of the grains now [m], (N, 3)."""
+        return np.asarray(self._members.positions(self.member) * self.units("m"))

@@ -187,7 +187,7 @@ def test_interrupted_collisions_continue_their_checkpoints(monkeypatch):
         collision.files, collision.checkpoint = number == 2, checkpoint
         return collision
 
-    check_continued(monkeypatch, make, 8, (2, 60, 90))
+    check_continued(monkeypatch, make, 8, (2, 20, 30))
 
 
 def test_an_interrupted_collision_between_walls_continues(monkeypatch):
