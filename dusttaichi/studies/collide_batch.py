@@ -83,7 +83,9 @@ class Batch:
                 return
             steps = self._examinations[0][0] - self.run.step
             self.run.advance(min(steps, max(LEAST, PAUSE // self.run.size)))
-            self._resume(self._take_due())
+            due = self._take_due()
+            members, energies = [c.member for c in due], [c.needs_energies for c in due]
+            self._continue(due, self.run.members.measure(members, energies) if due else [])
         for collision, state in zip(self.live, self._states(), strict=True):
             self.answer(collision.label, {CHECKPOINT: collision.save(state)}, Interrupted())
 
@@ -148,9 +150,10 @@ class Batch:
             if state is not None
         ]
         heapq.heapify(self._examinations)
-        for member, look in zip(fresh, looks, strict=True):
-            self._live[member].begin(look)
-            self._continue(self._live[member], look)
+        beginning = [self._live[member] for member in fresh]
+        for collision, look in zip(beginning, looks, strict=True):
+            collision.begin(look)
+        self._continue(beginning, looks)
 
     def _put(self, states: Mapping[int, State]) -> None:
         """Continue the States of members, by their numbers."""
@@ -159,27 +162,25 @@ class Batch:
         else:
             self.run.members.put(states)
 
-    def _resume(self, collisions: Sequence[Collision]) -> None:
-        """Measure and continue collisions that are to be examined now."""
-        members, energies = [c.member for c in collisions], [c.needs_energies for c in collisions]
-        looks = self.run.members.measure(members, energies) if members else []
+    def _continue(self, collisions: Sequence[Collision], looks: Sequence[Look]) -> None:
+        """Continue collisions with looks at them; those that are over are answered and rest."""
+        ended = []
         for collision, look in zip(collisions, looks, strict=True):
-            self._continue(collision, look)
-
-    def _continue(self, collision: Collision, look: Look) -> None:
-        """Continue a collision with a look at it; one that is over is answered and rests."""
-        error: tuple[GuardStop, ...] = ()
-        try:
-            row = collision.resume(look)
-        except GuardStop as stop:
-            row, error = {}, (stop,)
-        if row is None:
-            heapq.heappush(self._examinations, (collision.next_step, collision.member))
-            return
-        del self._live[collision.member]
-        self.grains -= len(collision.sample)
-        self.run.members.rest(collision.member)
-        self.answer(collision.label, row, *error)
+            error: tuple[GuardStop, ...] = ()
+            try:
+                row = collision.resume(look)
+            except GuardStop as stop:
+                row, error = {}, (stop,)
+            if row is None:
+                heapq.heappush(self._examinations, (collision.next_step, collision.member))
+                continue
+            del self._live[collision.member]
+            self.grains -= len(collision.sample)
+            ended.append(collision.member)
+            self.answer(collision.label, row, *error)
+        if self._live:  # else nothing is advanced any more
+            for member in ended:
+                self.run.members.rest(member)
 
 
 def make_collisions(

@@ -52,6 +52,14 @@ class Encounter:
         """Distance [m] and velocity [m/s] of the first body from the second or the wall, (2, 3)."""
         raise NotImplementedError
 
+    def label_grains(self) -> NDArray[np.intp]:
+        """Fragment of each grain (N,): sets of grains connected by contacts."""
+        raise NotImplementedError
+
+    def are_bound(self) -> bool:
+        """True while one fragment has more than half of the mass of both bodies."""
+        return bool(are_in_same_fragment(self.label_grains(), self.masses, self.bodies))
+
     def start(self) -> None:
         """Store the relative velocity, before the collision."""
         self.initial_velocity, self._nearest = self.measure_relative_motion()[1], inf
@@ -121,8 +129,8 @@ class TwoBodies(Encounter):
             motion = np.array([distance[wall] * normal, first[1] - box.speed[wall] * normal])
         return np.asarray(motion * [[self.sim.units("m")], [self.sim.units("m/s")]])
 
-    def label_fragments(self) -> NDArray[np.int64]:
-        """Fragment of each grain (N,): sets of grains connected by contacts."""
+    def label_grains(self) -> NDArray[np.intp]:
+        """Fragment of each grain (N,), in the order of their first grains."""
         pairs = self.sim.contacts.measure_pairs()
         pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
         return np.asarray(label_components(pairs, len(self.masses))[1])
@@ -131,9 +139,7 @@ class TwoBodies(Encounter):
         """True while one fragment has more than half of the mass of both, or touches the wall."""
         if len(self.bodies) == 1:
             return len(self.sim.contacts.measure_walls()["grain"]) > 0
-        label = self.label_fragments()
-        mean = np.bincount(label, self.masses) / np.bincount(label)
-        return bool(are_in_same_fragment(label, mean[label], self.bodies))
+        return super().are_bound()
 
 
 class MemberBodies(Encounter):
@@ -204,10 +210,6 @@ class MemberBodies(Encounter):
         """Grains of the fragments at that look, smallest first."""
         grains = np.bincount(self._fragment - self._fragment.min())
         return sorted(grains[grains > 0].tolist())
-
-    def are_bound(self) -> bool:
-        """True while one fragment has more than half of the mass of both."""
-        return bool(are_in_same_fragment(self.label_grains(), self.masses, self.bodies))
 
     def measure_positions(self) -> NDArray[np.float64]:
         """Positions of the grains now [m], (N, 3)."""

@@ -57,7 +57,7 @@ def run(
     for segment in np.diff(np.linspace(0, steps, updates + 1).astype(int)):
         sim.advance(int(segment))
         bodies.update_normal()
-    bound, grains = bodies.are_bound(), np.bincount(bodies.label_fragments())
+    bound, grains = bodies.are_bound(), np.bincount(bodies.label_grains())
     restitution = 0.0 if bound else bodies.measure_restitution()
     if restitution is None or restitution < 0.0:
         restitution = nan
