@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from dusttaichi import units
 from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
 from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE
 from dusttaichi.method import Measurement, State
 
+SI = np.array([[units.LENGTH], [units.SPEED]])
 CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far as they exist
 
 
@@ -21,7 +23,7 @@ CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far 
 class Look:
     """Numbers of a member at one moment.
 
-    motion: distance [um] and velocity [um/us] of the first body from the second, (2, 3).
+    motion: distance [m] and velocity [m/s] of the first body from the second, (2, 3).
     measurement: of which `parts` has contacts, loss and largest_strain; None without energies.
     fragment: of each grain, where there are energies: the same number for all that contacts
     connect, (n,).
@@ -100,7 +102,7 @@ class Members:
         """
         sums = self._sum_bodies(members, 1 + np.array(with_energies, int))
         bodies = sums[:, :, PLACE : PLACE + 6] / sums[:, :, MASS, None]
-        motions = (bodies[:, 0] - bodies[:, 1]).reshape(-1, 2, 3)
+        motions = (bodies[:, 0] - bodies[:, 1]).reshape(-1, 2, 3) * SI
         looks = [Look(motion) for motion in motions]
         full = np.flatnonzero(with_energies)
         if len(full):

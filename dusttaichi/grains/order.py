@@ -30,12 +30,10 @@ def order_by_members(positions, radii, members):
 
     members: grains of both bodies of each (grains.members), or None.
     """
-    if members is None:
-        return grain_order(positions, 4.0 * float(np.median(radii)))
-    radii, ends = np.broadcast_to(radii, len(positions)), np.cumsum(np.sum(members, axis=1))
+    ends = np.cumsum([len(positions)] if members is None else np.sum(members, axis=1)).tolist()
     orders_of_members = []
     for first, end in zip([0, *ends[:-1]], ends, strict=True):
-        cell = 4.0 * float(np.median(radii[first:end]))
+        cell = 4.0 * float(np.median(radii[first:end]) if np.ndim(radii) else radii)
         orders_of_members.append(first + grain_order(positions[first:end], cell))
     return np.concatenate(orders_of_members)
 

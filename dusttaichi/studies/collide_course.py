@@ -183,22 +183,23 @@ class Collision(MemberBodies):
 
         It is over where the fragments have not changed for a while, or stop.time after the touch.
         """
-        if self.step < self.next_examination:
+        step = self.step
+        if step < self.next_examination:
             return True
         if self.lost_before is None:
             self.lost = self.lost_before = self.measure_dissipated()
         else:
             if self._follows_phases:
                 self._look_at_phases()
-            if self.step == self.next_look:
+            if step == self.next_look:
                 self._look_at_fragments()
-        if self.step >= self.end or self.unchanged >= SAME:
+        if step >= self.end or self.unchanged >= SAME:
             return False
-        if self.step == self.next_look:
-            self.next_look = min(self.step + self.flight, self.end)
+        if step == self.next_look:
+            self.next_look = min(step + self.flight, self.end)
         self.next_examination = self.next_look
         if self._follows_phases:
-            self.next_examination = min(self.step + SHORT, self.next_look)
+            self.next_examination = min(step + SHORT, self.next_look)
         return True
 
     def _look_at_fragments(self) -> None:

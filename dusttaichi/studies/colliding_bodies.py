@@ -153,6 +153,7 @@ class MemberBodies(Encounter):
     step_key = "numerics.time_step"
     measurement: method.Measurement
     passed: int
+    _motion: NDArray[np.float64]
 
     def enter(self, run: GrainEngine, member: int) -> None:
         """Continue as a member of a GrainEngine, after `passed` steps."""
@@ -160,7 +161,6 @@ class MemberBodies(Encounter):
         self.member, self.units = member, run.units
         self._steps_before = self.passed - run.step
         self.dt, self.channels = run.dt * run.units("s"), run.channels
-        self._scales = np.array([[self.units("m")], [self.units("m/s")]])
 
     def leave(self) -> None:
         """End as a member of its GrainEngine."""
@@ -187,7 +187,7 @@ class MemberBodies(Encounter):
 
     def see(self, look: Look) -> None:
         """Take what was measured now."""
-        self._motion: NDArray[np.float64] = look.motion * self._scales
+        self._motion = look.motion
         if look.measurement is not None:
             self.measurement, self._fragment = look.measurement, look.fragment
 
