@@ -31,7 +31,7 @@ CHARACTERISTIC = float(np.sqrt(5.0 / 3.0))
 
 @dataclass(frozen=True)
 class FragmentMasses:
-    """Which grains are in which of F fragments, largest mass first, in SI."""
+    """Grains and masses of F fragments, largest mass first, in SI."""
 
     label: NDArray[np.integer]  #: Fragment of each grain, (N,); 0 is the largest.
     grains: NDArray[np.integer]  #: Number of grains, (F,).

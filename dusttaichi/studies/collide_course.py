@@ -30,8 +30,8 @@ SAME = 16  # looks over which the fragments must not change, for the collision t
 EVERY = 4  # looks between two of them at the fragments
 DIGITS = 12  # of a growth efficiency: sums of masses round
 LEAST = 50  # steps between two looks, at least
-# grains of a pair below which all its looks are at multiples of LEAST steps, as those of the many
-# pairs beside it are: a look at all of them costs little more than that at a single one
+# grains of a pair below which all its looks are at multiples of LEAST steps, as are those of the
+# many pairs beside it: a look at all of them takes little longer than one at a single pair
 FEW = 200
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 ROUNDED = 13  # digits of a speed that decides about a time step: centres of mass round
