@@ -76,20 +76,19 @@ class Members:
 
     def rest(self, member):
         """End a member: its grains rest where they are, touch nothing and are not searched."""
-        state, grains, layout = self._state, self.grains(member), self._state.layout
+        state, grains = self._state, self.grains(member)
         count = grains.stop - grains.start
         x = state.fields["x"].copy_rows(grains.start, grains.stop)
         state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), grains.start)
         for name in ("v", "w"):
             state.fields[name].from_numpy(np.zeros((count, 3)), grains.start)
         state.fields["body"].from_numpy(np.full(count, -1), grains.start)
-        begin, end = self._pairs(grains)
-        if end > begin:
-            blocks = state.blocks_of(np.array([begin, end - 1]))
-            lanes = slice(begin - blocks.start * layout.width, end - blocks.start * layout.width)
+        pairs = self._list_pairs(member)
+        if len(pairs):
+            blocks = state.blocks_of(pairs)
             for row_type in ("history", "load"):
                 rows = state.rows(row_type, blocks)
-                rows[lanes] = 0.0
+                rows[pairs - blocks.start * state.layout.width] = 0.0
                 state.put_rows(row_type, rows, blocks)
         self._search.ask()
 
@@ -185,37 +184,30 @@ class Members:
 
     # -- contacts --------------------------------------------------------------------------------
 
-    def _pairs(self, grains):
-        """Numbers of the first listed pair of these grains and of the one behind their last."""
+    def _list_pairs(self, member):
+        """Numbers of the listed pairs of a member in `lanes`."""
         start = self._state.fields["pair_start"]
-        return (int(start.copy_rows(n, n + 1)[0]) for n in (grains.start, grains.stop))
+        return np.arange(*(int(start.copy_rows(n, n + 1)[0]) for n in self.first[member:][:2]))
 
     def touching(self, member):
         """(numbers in `lanes`, first, second grain in memory) of the contacts of a member.
 
         Raises RuntimeError where a grain of another member is among them.
         """
-        grains, state, width = self.grains(member), self._state, self._state.layout.width
-        begin, end = self._pairs(grains)
-        if end == begin:
-            return (np.zeros(0, int),) * 3
-        blocks = state.blocks_of(np.array([begin, end - 1]))
-        lanes = slice(begin - blocks.start * width, end - blocks.start * width)
-        touched = self._state.layout.rows["touched"][0]
-        contact = state.fields["contact"].copy_rows(
-            blocks.start, blocks.stop, slice(touched, touched + 1)
-        )
-        on = np.flatnonzero(contact[:, 0, :].reshape(-1)[lanes] > 0.5)
-        pairs = [
-            state.fields[name]
-            .copy_rows(blocks.start, blocks.stop)
-            .reshape(-1)[lanes][on]
-            .astype(int)
-            for name in ("pair_i", "pair_j")
-        ]
-        if any(((grains.start > grain) | (grain >= grains.stop)).any() for grain in pairs):
+        grains, state, pairs = self.grains(member), self._state, self._list_pairs(member)
+        block, lane = np.divmod(pairs, state.layout.width)
+        touched = state.fields["contact"].take(block, state.layout.rows["touched"][0], lane)
+        contacts = pairs[touched > 0.5]
+        if not len(contacts):
+            return contacts, contacts, contacts
+        blocks = state.blocks_of(contacts)
+        lanes = contacts - blocks.start * state.layout.width
+        tables = (state.fields[name] for name in ("pair_i", "pair_j"))
+        rows = (table.copy_rows(blocks.start, blocks.stop) for table in tables)
+        i, j = (numbers.reshape(-1)[lanes].astype(int) for numbers in rows)
+        if min(i.min(), j.min()) < grains.start or max(i.max(), j.max()) >= grains.stop:
             raise self._make_stranger_error(member)
-        return begin + on, *pairs
+        return contacts, i, j
 
     @staticmethod
     def _make_stranger_error(member):

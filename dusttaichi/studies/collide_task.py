@@ -9,7 +9,7 @@ from typing import Any
 from dusttaichi import samples
 from dusttaichi.errors import DustError, StartError
 from dusttaichi.running.interrupts import handled_by
-from dusttaichi.scene import Scene, from_yaml
+from dusttaichi.scene import from_yaml
 from dusttaichi.studies.collide_batch import make_collisions
 from dusttaichi.studies.collide_course import Collision
 
@@ -34,21 +34,6 @@ def run(parent: Any, *, calls: list[dict[str, Any]], abreast: int, room: int) ->
         make_collisions(collisions, answer, abreast=abreast, room=room, signals=signals)
     if signals:
         raise KeyboardInterrupt
-
-
-def make_collision(scene: Scene, phases: bool = False) -> dict[str, Any]:
-    """The row of one collision of a scene (collide_course.Collision).
-
-    Raises GuardStop where the numbers can no longer be trusted, and DustError.
-    """
-    answers: list[tuple[Any, ...]] = []
-    collision = Collision("", scene, samples.make(scene), phases=phases)
-    make_collisions([collision], lambda *answer: answers.append(answer))
-    [(_, row, *error)] = answers
-    if error:
-        raise error[0]
-    numbers: dict[str, Any] = row
-    return numbers
 
 
 _base = lru_cache(1)(from_yaml)  # the same for all collisions of a study

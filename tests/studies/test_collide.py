@@ -14,7 +14,7 @@ from program import dust
 from scenes import make_scene
 from snapshots import collision_row
 
-from dusttaichi import analysis
+from dusttaichi import analysis, samples
 from dusttaichi.analysis.collisions import AXES
 from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.errors import DustError
@@ -25,6 +25,8 @@ from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import pool
 from dusttaichi.studies import study_engine as engine
 from dusttaichi.studies.collide import Collisions
+from dusttaichi.studies.collide_batch import make_collisions
+from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.result_store import ResultStore
 from dusttaichi.studies.study_types import PointResult
 from dusttaichi.studies.workers import Answer
@@ -156,10 +158,17 @@ def test_a_scene_that_is_no_study(tmp_path):
 # -- one collision -------------------------------------------------------------------------------
 
 
+def make_collision(scene, phases=False):
+    """The row of the collision of a scene."""
+    rows, collision = [], Collision("", scene, samples.make(scene), phases=phases)
+    make_collisions([collision], lambda label, row: rows.append(row))
+    return rows[0]
+
+
 def test_a_collision_is_the_run_of_its_scene(tmp_path):
     """Followed over the same time, both say the same, by the same definitions."""
     scene = study_scene().with_value("stop.time", "100 ns")
-    row = task.make_collision(scene)
+    row = make_collision(scene)
     touch = 5e-9 / 0.5
     scene = scene.with_value("stop.time", f"{touch + row['time']:.17g} s")
     execute(scene, tmp_path / "run")
@@ -185,7 +194,7 @@ def test_compression_and_stretching_of_two_grains():
     pair = {**COLLISION, "target": grain, "projectile": grain, "impact_parameter": 0}
     # a contact of 10 ns is followed in steps of 1.25 ns
     scene = study_scene().with_value("numerics.time_step", "0.05 ns")
-    row = task.make_collision(scene.with_value("sample", pair), phases=True)
+    row = make_collision(scene.with_value("sample", pair), phases=True)
     assert row["outcome"] == "bouncing"
     first, second, loss = row["compression_loss"], row["stretching_loss"], row["loss"]
     assert first + second == pytest.approx(sum(loss.values()), rel=1e-9)
@@ -199,10 +208,10 @@ def test_compression_and_stretching_of_two_grains():
 def test_compression_ends_where_the_bodies_turn(tmp_path):
     """The loss until then is that of the run at the record of the turn."""
     scene = study_scene().with_value("sample.speed", "8 m/s")
-    row = task.make_collision(scene, phases=True)
+    row = make_collision(scene, phases=True)
     # only on request, and the same collision without
     phase_losses = {"compression_loss": None, "stretching_loss": None}
-    assert task.make_collision(scene) == row | phase_losses
+    assert make_collision(scene) == row | phase_losses
     scene = scene.with_value("stop.time", "1 us").with_value("output.series", {"steps": 25})
     execute(scene, tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
