@@ -116,7 +116,10 @@ class Collision(MemberBodies):
             self.flight = max(LEAST, round(distance / info["speed"] / LOOKS / dt))
             self.touch = int(info["time_to_touch"] / dt)
         stop: Any = self.scene.stop  # which the checks of the block ask for
-        self.end = self._round_down(self.touch + round(stop.time / dt))
+        steps = round(stop.time / dt)
+        self.end = self.touch + steps
+        if steps > LEAST:  # so that it stays after the touch
+            self.end = self._round_down(self.end)
         self.flight = self._round_down(self.flight)
         self.next_examination = self.next_look = min(self._round_down(self.touch), self.end)
         self.looks = self.unchanged = 0

@@ -90,6 +90,25 @@ def test_other_precisions_have_the_bits_of_each_alone(precision):
         assert_same(row, alone[label])
 
 
+def test_small_pairs_are_examined_together(monkeypatch):
+    """At multiples of 50 steps, whenever each touches; a shorter time after the touch is kept."""
+    steps, advance = [], GrainEngine.advance
+
+    def note(self, count):
+        advance(self, count)
+        steps.append(self.step)
+
+    monkeypatch.setattr(GrainEngine, "advance", note)
+    pairs = [collision_of(n, gap=f"{5 + n} nm") for n in (1, 4, 10)]
+    rows = made(pairs, 3)
+    assert len({pair.touch for pair in pairs}) == 3
+    assert steps == sorted(set(steps)) and not any(step % 50 for step in steps)
+    assert all(0.0 <= rows[pair.label]["time"] <= 500e-9 for pair in pairs)
+    short = collision_of(1)
+    short.scene = short.scene.with_value("stop.time", "4 ns")
+    assert made([short], 1)[1]["time"] == pytest.approx(4e-9)
+
+
 SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.9 um"}
 
 
