@@ -50,13 +50,11 @@ from dusttaichi.analysis.restitution import (
 )
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.stored import (
-    is_collisions,
-    is_ensemble,
-    is_restitution_map,
-    is_trade,
+    find_study,
     open_collisions,
     open_ensemble,
     open_restitution_map,
+    open_study,
     open_trade,
 )
 from dusttaichi.analysis.structure import Structure, measure_structure
@@ -104,16 +102,13 @@ __all__ = [
     "find_fragments",
     "find_onset",
     "find_pareto_front",
+    "find_study",
     "fit_compression",
     "fit_fragment_dimension",
     "fit_friction",
     "fit_sound_speed",
     "fit_strength",
     "gather",
-    "is_collisions",
-    "is_ensemble",
-    "is_restitution_map",
-    "is_trade",
     "is_triaxial",
     "measure_arrival",
     "measure_column",
@@ -139,6 +134,7 @@ __all__ = [
     "open_ensemble",
     "open_restitution_map",
     "open_run",
+    "open_study",
     "open_trade",
     "read_frame",
     "read_grain_masses",

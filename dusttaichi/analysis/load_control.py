@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.analysis.loads import find_drive
+from dusttaichi.physics.surfaces.surface_motion import REPLACING
 from dusttaichi.scene.quantities import parse
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _compute_surface_loads(stage: Run) -> dict[str, NDArray[np.float64]]:
     names, blocks = series.surface.values.tolist(), stage.scene.get("surfaces", ())
     for n, block in enumerate(blocks, start=len(names) - len(blocks)):  # behind a tube
         drive = drives.get(block.get("name")) or {}
-        is_replaced = any(drive.get(key) is not None for key in ("force", "pressure", "velocity"))
+        is_replaced = any(drive.get(key) is not None for key in REPLACING)
         source = drive if is_replaced else block
         for key, variable in CONTROLLED.items():
             if source.get(key) is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -13,8 +14,30 @@ from dusttaichi.results.files import RESULT
 from dusttaichi.results.integrity import open_netcdf
 from dusttaichi.scene import extensions
 
-TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
-COLLISIONS, MAPS = ("collisions.nc",), ("restitution.nc",)
+
+class Kind(NamedTuple):
+    """Kind of stored dataset: its files, its name in messages, and what it must have."""
+
+    files: tuple[str, ...]
+    description: str
+    required: tuple[str, ...]  # variables and attributes
+
+
+KINDS = {
+    "trade": Kind(("trade.nc",), "a trade", ("cost_ratio", "error")),
+    "ensemble": Kind(
+        ("sweep.nc", "ensemble.nc"),
+        "an ensemble or a sweep",
+        ("summary_numbers", "coordinate", "replica"),
+    ),
+    "collisions": Kind(
+        ("collisions.nc",), "a study of collisions", ("outcome", "growth_efficiency")
+    ),
+    "restitution_map": Kind(
+        ("restitution.nc",), "a map of restitution", ("restitution", "bound", "speed")
+    ),
+}
+"""Kind of a dataset, which `open_KIND` opens -> its Kind."""
 STUDIES = {
     "sweep.nc": "a sweep",
     "ensemble.nc": "an ensemble",
@@ -29,9 +52,14 @@ LISTED = 6  # largest number of runs that a message names
 BELOW = ("*/", "*/*/")  # where the runs of a study are: points, and their replicas
 
 
-def find_stored(path: str | Path, names: Sequence[str]) -> Path | None:
-    """The file of one of `names` at a path, or in its directory if that has no result; or None."""
-    path = Path(path)
+def find_study(path: str | Path) -> str | None:
+    """Kind (a key of KINDS) of the study whose file, or directory without a result, a path is."""
+    return next((kind for kind in KINDS if _find_file(path, kind)), None)
+
+
+def _find_file(path: str | Path, kind: str) -> Path | None:
+    """The file of a kind at a path, or in its directory if that has no result; or None."""
+    path, names = Path(path), KINDS[kind].files
     if path.name in names:
         return path
     files = [path / name for name in names if (path / name).exists()]
@@ -53,84 +81,36 @@ def read_stored(file: str | Path, description: str, required: Sequence[str]) -> 
     return data
 
 
-def is_trade(path: str | Path) -> bool:
-    """True where a path is a trade.nc, or a directory with one and no result."""
-    return find_stored(path, TRADES) is not None
+def open_study(path: str | Path, kind: str) -> tuple[xr.Dataset, Path]:
+    """(dataset, file) of a study of that kind, or of its directory, read into memory.
+
+    Bundled extensions of its scene are imported, as by `open_run`. Raises DustError where there is
+    none, or it cannot be read.
+    """
+    file = _find_file(path, kind) or Path(path)
+    data = read_stored(file, KINDS[kind].description, KINDS[kind].required)
+    extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
+    return data, file
 
 
 def open_trade(path: str | Path) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of a trade.nc or its directory, read into memory.
-
-    Raises
-    ------
-    DustError
-        There is none, or it cannot be read.
-    """
-    return _open(path, TRADES, "a trade", ("cost_ratio", "error"))
-
-
-def is_ensemble(path: str | Path) -> bool:
-    """True where a path is a sweep.nc or an ensemble.nc, or a directory of one and no result."""
-    return find_stored(path, ENSEMBLES) is not None
+    """(dataset, file) of a trade.nc or its directory, as `open_study` opens it."""
+    return open_study(path, "trade")
 
 
 def open_ensemble(path: str | Path) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory.
-
-    Bundled extensions of its scene are imported, as by `open_run`.
-
-    Raises
-    ------
-    DustError
-        There is none, or it cannot be read.
-    """
-    required = ("summary_numbers", "coordinate", "replica")
-    data, file = _open(path, ENSEMBLES, "an ensemble or a sweep", required)
-    extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
-    return data, file
-
-
-def is_collisions(path: str | Path) -> bool:
-    """True where a path is a collisions.nc, or a directory with one and no result."""
-    return find_stored(path, COLLISIONS) is not None
+    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory, as of `open_study`."""
+    return open_study(path, "ensemble")
 
 
 def open_collisions(path: str | Path) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of a collisions.nc or its directory; bundled extensions are imported.
-
-    Raises
-    ------
-    DustError
-        There is none, or it cannot be read.
-    """
-    required = ("outcome", "growth_efficiency")
-    data, file = _open(path, COLLISIONS, "a study of collisions", required)
-    extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
-    return data, file
-
-
-def is_restitution_map(path: str | Path) -> bool:
-    """True where a path is a restitution.nc, or a directory with one and no result."""
-    return find_stored(path, MAPS) is not None
+    """(dataset, file) of a collisions.nc or its directory, as `open_study` opens it."""
+    return open_study(path, "collisions")
 
 
 def open_restitution_map(path: str | Path) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of a restitution.nc or its directory.
-
-    Raises
-    ------
-    DustError
-        There is none, or it cannot be read.
-    """
-    return _open(path, MAPS, "a map of restitution", ("restitution", "bound", "speed"))
-
-
-def _open(
-    path: str | Path, names: Sequence[str], description: str, required: Sequence[str]
-) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of a stored dataset of one of these file names, or of its directory."""
-    file = find_stored(path, names) or Path(path)
-    return read_stored(file, description, required), file
+    """(dataset, file) of a restitution.nc or its directory, as `open_study` opens it."""
+    return open_study(path, "restitution_map")
 
 
 def explain_missing_result(path: str | Path) -> DustError:
@@ -140,14 +120,15 @@ def explain_missing_result(path: str | Path) -> DustError:
         return DustError(f"There is no result at {folder}.")
     text = f"There is no result at {folder / RESULT}."
     study = next((name for name in STUDIES if (folder / name).exists()), None)
+    kind = next((kind for kind in KINDS if study in KINDS[kind].files), None)
     if study is not None:
-        instructions = _explain_opening(folder, study)
+        instructions = _explain_opening(folder, study, kind)
         text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {instructions}"
     runs = [str(run.parent) for depth in BELOW for run in sorted(folder.glob(depth + RESULT))]
     if runs:
         listed = ", ".join(runs[:LISTED]) + (", ..." if len(runs) > LISTED else "")
         text += f" Runs in it ({len(runs)}): {listed}."
-    elif study in (*COLLISIONS, *MAPS):
+    elif kind in ("collisions", "restitution_map"):
         text += " Its collisions are not stored as runs; `dust run` stores one."
     elif list(folder.glob("collisions*.jsonl")):
         text += (
@@ -156,15 +137,14 @@ def explain_missing_result(path: str | Path) -> DustError:
     return DustError(text)
 
 
-def _explain_opening(folder: Path, study: str) -> str:
+def _explain_opening(folder: Path, study: str, kind: str | None) -> str:
     """Sentence with the commands, and the function of Python, for the file of a study."""
     commands = []
-    if study not in ("extremes.nc", "study.nc"):
+    if kind is not None:
         commands.append(f"`dust plot {folder}` draws it")
-    if study in (*ENSEMBLES, *COLLISIONS):
+    if kind in ("ensemble", "collisions"):
         commands.append(f"`dust report {folder}` shows it")
-    opens = {"trade.nc": "open_trade", "collisions.nc": "open_collisions"}
-    opens |= dict.fromkeys(ENSEMBLES, "open_ensemble") | {"restitution.nc": "open_restitution_map"}
-    name = f"dusttaichi.analysis.{opens[study]}" if study in opens else "xarray.open_dataset"
-    path = folder if study in opens else folder / study
+    name, path = f"dusttaichi.analysis.open_{kind}", folder
+    if kind is None:
+        name, path = "xarray.open_dataset", folder / study
     return ", ".join([*commands, f'in Python {name}("{path}")']) + "."

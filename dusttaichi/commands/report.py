@@ -32,11 +32,12 @@ def report(
     path = output or folder / "report.html"
     with options.writing(force=force, inputs=runs):
         page.check_output(path)
-        if len(runs) == 1 and analysis.is_ensemble(runs[0]):
+        study = analysis.find_study(runs[0]) if len(runs) == 1 else None
+        if study == "ensemble":
             dataset_and_file = analysis.open_ensemble(runs[0])
             options.remark_missing([dataset_and_file[0].attrs])
             data = page.collect_ensemble_data(*dataset_and_file)
-        elif len(runs) == 1 and analysis.is_collisions(runs[0]):
+        elif study == "collisions":
             collisions = analysis.open_collisions(runs[0])[0]
             options.remark_missing([collisions.attrs])
             data = page.collect_collisions_data(collisions)

@@ -56,16 +56,18 @@ def _plot(runs, output, suffix):
     from dusttaichi import analysis, plots
 
     failed = []
-    if len(runs) == 1 and (drawn := _figures_of_study(runs[0])) is not None:
-        figures, file = drawn
+    study = analysis.find_study(runs[0]) if len(runs) == 1 else None
+    if study is not None:
+        data, file = analysis.open_study(runs[0], study)
+        options.remark_missing([data.attrs])
         folder = output or file.parent
+    if study == "ensemble":
+        say_written(plots.save_figures(data, folder, suffix, failed))
+        return say_not_drawn(failed)
+    if study is not None:
+        figures = _draw_study(data, study)
         paths = [plots.save(figure, folder / f"{name}{suffix}") for name, figure in figures.items()]
         return say_written(paths)
-    if len(runs) == 1 and analysis.is_ensemble(runs[0]):
-        data, file = analysis.open_ensemble(runs[0])
-        options.remark_missing([data.attrs])
-        say_written(plots.save_figures(data, output or file.parent, suffix, failed))
-        return say_not_drawn(failed)
     with options.open_runs(runs) as results:
         folder = Path(".")
         if len(results) == 1:
@@ -74,21 +76,14 @@ def _plot(runs, output, suffix):
     say_not_drawn(failed)
 
 
-def _figures_of_study(path):
-    """(name -> figure, file) of a study without runs of a common table; None of anything else."""
-    from dusttaichi import analysis, plots
+def _draw_study(data, study):
+    """Name -> figure of a dataset of a study without runs of a common table."""
+    from dusttaichi import plots
 
-    if analysis.is_trade(path):
-        data, file = analysis.open_trade(path)
-        return {"trade": plots.trade(data)}, file
-    if analysis.is_collisions(path):
-        data, file = analysis.open_collisions(path)
-        options.remark_missing([data.attrs])
-        return plots.collision_figures(data), file
-    if analysis.is_restitution_map(path):
-        data, file = analysis.open_restitution_map(path)
-        return {"restitution": plots.restitution_map(data)}, file
-    return None
+    if study == "collisions":
+        return plots.collision_figures(data)
+    draw = {"trade": plots.trade, "restitution_map": plots.restitution_map}[study]
+    return {study.removesuffix("_map"): draw(data)}
 
 
 def compare(

@@ -66,8 +66,8 @@ def _show(measured_trade, scene):
     """Print table and advice of a Trade."""
     from dusttaichi.studies import trade_report as report
 
-    title, headings, rows = report.build_table(measured_trade)
-    say_table(rows, *headings, title=title)
+    title, rows = report.build_table(measured_trade)
+    say_table(rows, *report.HEADINGS, title=title)
     for line in report.list_remarks(measured_trade):
         say(line)
     for heading, text in report.list_advice(measured_trade, scene):

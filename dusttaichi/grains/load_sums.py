@@ -21,10 +21,9 @@ class LoadSums:
         """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
         if self.box is None:
             return np.zeros((6, 3))
-        first, blocks = int(self.state["counts"][FIRST_WALL]), self.state.wall_blocks
-        wall_of_lane = np.repeat(self.fields["wall_of"].to_numpy(blocks), self.layout.width)
-        load = self.fields["load"].copy_rows(first, first + blocks, slice(0, 3))
-        along = (np.bincount(wall_of_lane, load[:, n].ravel(), minlength=6)[:6] for n in range(3))
+        first, walls = int(self.state["counts"][FIRST_WALL]), self.state.walls_of_lanes()
+        load = self.fields["load"].copy_rows(first, first + self.state.wall_blocks, slice(0, 3))
+        along = (np.bincount(walls, load[:, n].ravel(), minlength=6)[:6] for n in range(3))
         return np.stack(list(along), axis=1)
 
     def impulses(self):

@@ -130,11 +130,13 @@ class GrainState(FieldState):
         """WallLanes of the listed wall contacts, empty lanes included; None without walls."""
         if "wall_grain" not in self:
             return None
-        counts, width = self["counts"], self.layout.width
-        first, blocks = int(counts[FIRST_WALL]), int(counts[WALL_BLOCKS])
+        first, blocks = int(self["counts"][FIRST_WALL]), self.wall_blocks
         grain = self.fields["wall_grain"].to_numpy(blocks).reshape(-1)
-        wall = np.repeat(self.fields["wall_of"].to_numpy(blocks), width)
-        return WallLanes(slice(first, first + blocks), grain, wall)
+        return WallLanes(slice(first, first + blocks), grain, self.walls_of_lanes())
+
+    def walls_of_lanes(self):
+        """Wall of every lane of `wall_lanes`, (blocks times lanes,)."""
+        return np.repeat(self.fields["wall_of"].to_numpy(self.wall_blocks), self.layout.width)
 
     def used_blocks(self):
         """Slices of the blocks that have contacts: pairs, those with the sphere, with walls.

@@ -41,16 +41,7 @@ def _is_plain(variable: Any) -> bool:
 
 def read_group(folder: Any) -> xr.Dataset:
     """The Dataset, in memory, of an open group that `is_plain`."""
-    variables: dict[str, xr.Variable] = {}
-    names: set[Hashable] = set()
-    for name, stored in folder.variables.items():
-        stored.set_auto_maskandscale(False)
-        attrs = {n: stored.getncattr(n) for n in stored.ncattrs() if n != "_FillValue"}
-        names |= set(attrs.pop("coordinates", "").split())
-        values = stored[...]
-        values = values.astype(str) if stored.dtype is str else np.asarray(values)
-        variables[name] = _make_variable(stored.dimensions, values, attrs)
-    return _make_dataset(variables, names, {n: folder.getncattr(n) for n in folder.ncattrs()})
+    return read_variables(_describe_group(*cast(Any, NetCDF4DataStore)(folder).load()))
 
 
 def open_groups(path: Any) -> tuple[dict[str, xr.Dataset], Callable[[], None]]:

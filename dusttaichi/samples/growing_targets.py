@@ -1,5 +1,6 @@
 """Targets of many flights that grow by the grains that land on them."""
 
+from collections.abc import Callable
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -91,26 +92,38 @@ def land_in_order(
     span = 2.0 * float(np.linalg.norm(starts, axis=1).max()) + distance
     reach, farthest = distance * (1 + ROUNDING), np.minimum(hits, span) + distance
     tree = scipy.spatial.cKDTree(landed[rows])
-    queue = np.flatnonzero(
-        np.isfinite(first_hits(tree, starts, directions, reach, farthest, numbers=rows + 1))
-    ).tolist()
-    heapify(queue)
-    last = -1
-    while queue:
-        if (row := heappop(queue)) == last:
-            continue
-        last, earlier = row, landed[:row][np.isfinite(landed[:row, 0])]
+    nearer = first_hits(tree, starts, directions, reach, farthest, numbers=rows + 1)
+
+    def land_again(row: int) -> NDArray[np.integer]:
+        earlier = landed[:row][np.isfinite(landed[:row, 0])]
         apart = earlier - starts[row]
         along = apart @ directions[row]
         across_squared = ((apart - along[:, None] * directions[row]) ** 2).sum(axis=1)
         hit = flight_length(along, across_squared, distance).min(initial=hits[row])
         if hit == hits[row]:
-            continue
+            return np.empty(0, int)
         landed[row] = starts[row] + hit * directions[row]
         apart, later = landed[row] - starts[row + 1 :], directions[row + 1 :]
         along = (apart * later).sum(axis=1)
         across_squared = ((apart - along[:, None] * later) ** 2).sum(axis=1)
         flights = flight_length(along, across_squared, reach)
-        for number in np.flatnonzero(flights < farthest[row + 1 :]).tolist():
-            heappush(queue, row + 1 + number)
+        return row + 1 + np.flatnonzero(flights < farthest[row + 1 :])
+
+    settle_in_order(np.flatnonzero(np.isfinite(nearer)), land_again)
     return landed
+
+
+def settle_in_order(
+    rows: NDArray[np.integer], settle: Callable[[int], NDArray[np.integer]]
+) -> None:
+    """Settle rows in their order, each once.
+
+    settle(row): settles a row, and returns later ones, which have to be settled because of it.
+    """
+    queue, last = rows.tolist(), -1
+    heapify(queue)
+    while queue:
+        if (row := heappop(queue)) != last:
+            last = row
+            for later in settle(row).tolist():
+                heappush(queue, later)

@@ -7,7 +7,6 @@ the grains of later shots are other ones then, and with a grain that lands farth
 before, as later flights start from a larger disc then.
 """
 
-from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from dusttaichi.samples.ballistic import (
     random_directions,
     random_in_disc,
 )
-from dusttaichi.samples.growing_targets import Targets
+from dusttaichi.samples.growing_targets import Targets, settle_in_order
 from dusttaichi.samples.mixture import Grains
 from dusttaichi.scene.making import report_progress
 
@@ -111,24 +110,20 @@ class _Batch:
         nearer = first_hits(
             tree, starts, directions, self._distance, hits, numbers=first[present], measure=measure
         )
-        queue = np.unique(rows[np.isfinite(nearer)]).tolist()
-        heapify(queue)
-        last = -1
-        while queue:
-            if (row := heappop(queue)) == last:
-                continue
-            last = row
+
+        def land_again(row: int) -> NDArray[np.integer]:
             before = landed[row].copy()
             self._hit_one_another(row, landed[:row])
             landed[row] = self._find_centre(row)
             if np.array_equal(before, landed[row]) or np.isnan(landed[row, 0]):
-                continue
+                return np.empty(0, int)
             later = slice(first[row], None)
             measure = self._measure(rows[later], flights[later], np.array([self._count + row]))
             pairs = np.arange(len(rows) - first[row])
             lengths = measure(pairs, np.zeros_like(pairs), landed[row] - starts[later])
-            for number in rows[later][lengths <= hits[later]].tolist():
-                heappush(queue, number)
+            return np.asarray(rows[later][lengths <= hits[later]])
+
+        settle_in_order(np.unique(rows[np.isfinite(nearer)]), land_again)
         return landed
 
     def _hit_targets(self) -> int:

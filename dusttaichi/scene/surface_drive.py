@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from dusttaichi.physics.surfaces.surface_motion import LOADS
 from dusttaichi.scene.fields import Block, Faults, Field, Number
 from dusttaichi.scene.quantities import Quantity, Vector
 
@@ -29,7 +30,7 @@ GAIN = Field(None, description="with a force or pressure gain of the control, as
 
 def find_load_faults(block: Block) -> Faults:
     """Conflicts between the keys of a load; block: a SurfaceDrive, or a surface with these keys."""
-    loads = [name for name in ("force", "pressure") if getattr(block, name) is not None]
+    loads = [name for name in LOADS if getattr(block, name) is not None]
     if len(loads) == 2:
         yield "pressure", "force is given already; one of both is enough"
     for name in loads:

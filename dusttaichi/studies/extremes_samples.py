@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from dusttaichi import samples
 from dusttaichi.grains.build import build
 from dusttaichi.grains.grain_scene import GrainsScene
-from dusttaichi.physics.contact.constants import ContactConstants, mixed_constants, pair_constants
+from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
 from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
 from dusttaichi.samples import Sample
@@ -45,12 +45,6 @@ def make(scene: GrainsScene, spec: dict[str, Any]) -> Sample:
     return sample
 
 
-def _make_contact(scene: GrainsScene) -> ContactConstants:
-    """ContactConstants of two grains of the scene."""
-    contact: ContactConstants = pair_constants(scene.material, scene.interaction)
-    return contact
-
-
 def place_grains(
     scene: GrainsScene,
     positions: ArrayLike,
@@ -65,13 +59,13 @@ def place_grains(
 
 def make_cluster(scene: GrainsScene, grains: int) -> Sample:
     """Close-packed grains at rest."""
-    contact = _make_contact(scene)
+    contact = pair_constants(scene.material, scene.interaction)
     return Sample.at_rest(close_packed(grains) * (2.0 * contact.r - contact.delta0))
 
 
 def make_collision(scene: GrainsScene, sticking: float, offset: float = 0.3) -> Sample:
     """Two grains just before contact, at `sticking` times their sticking speed, off-centre."""
-    c = _make_contact(scene)
+    c = pair_constants(scene.material, scene.interaction)
     v = sticking * breaking_speed(c)
     y = 2.0 * c.r * offset
     x = np.sqrt((2.0 * c.r + c.delta0) ** 2 - y**2)
@@ -112,7 +106,7 @@ def compress_cake(scene: GrainsScene) -> Sample:
 
 def pull_chain(scene: GrainsScene, grains: int) -> Sample:
     """A chain with all contacts just before pull-off."""
-    c = _make_contact(scene)
+    c = pair_constants(scene.material, scene.interaction)
     x = np.zeros((grains, 3))
     x[:, 0] = (2.0 * c.r + c.delta_c * (1.0 - 1e-9)) * np.arange(grains)
     i = np.arange(grains - 1)
@@ -141,8 +135,7 @@ def scatter_gas(scene: GrainsScene, grains: int, filling_factor: float) -> Sampl
 def make_of_scene(scene: GrainsScene, block: dict[str, Any]) -> Sample:
     """A sample of a kind that scenes have, at rest."""
     sample = samples.make(scene.with_value("sample", block))
-    still = np.zeros_like(sample.positions)
-    return Sample(sample.positions, still, still.copy(), info=sample.info)
+    return Sample.at_rest(sample.positions, sample.info)
 
 
 def surround_grain(

@@ -26,9 +26,9 @@ Result = TypeVar("Result")
 Stages = Generator[Sequence[StudyPoint], None, Result]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
-    """A Variant with the result of its run.
+    """A Variant with the result of its run; equal to itself alone.
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
     status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps.
@@ -65,6 +65,7 @@ class Judge:
     scatter: dict[str, float]
     convergence: dict[str, float]
     tolerance: float
+    _errors: dict[Row, dict[str, tuple[float, float]]] = field(default_factory=dict, init=False)
 
     @classmethod
     def from_runs(
@@ -115,9 +116,10 @@ class Judge:
         return self.convergence[self.name] < self.tolerance / 3.0
 
     def errors(self, row: Row) -> dict[str, tuple[float, float]]:
-        """observable -> (value, error) of a Row."""
-        errors: dict[str, tuple[float, float]] = compute_differences(row.measured, self.reference)
-        return errors
+        """observable -> (value, error) of a Row, computed once."""
+        if row not in self._errors:
+            self._errors[row] = compute_differences(row.measured, self.reference)
+        return self._errors[row]
 
     def error(self, row: Row) -> float:
         """Error of the decisive observable."""

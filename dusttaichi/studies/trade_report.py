@@ -138,24 +138,16 @@ def format_percent(value: float) -> str:
     return f"{100 * value:.2g} %"
 
 
+TEXTS = ("point", "changes", "")  # headings of columns without numbers
 HEADINGS: tuple[dict[str, Any], ...] = tuple(
-    {"header": header, "justify": justify, "no_wrap": header != "point"}
-    for header, justify in (
-        ("point", "left"),
-        ("changes", "left"),
-        ("cost/default", "right"),
-        ("core-s", "right"),
-        ("error", "right"),
-        ("", "left"),
-        ("ledger", "right"),
-    )
-)
+    {"header": header, "justify": "left" if header in TEXTS else "right",
+     "no_wrap": header != "point"}
+    for header in ("point", "changes", "cost/default", "core-s", "error", "", "ledger")
+)  # fmt: skip
 
 
-def build_table(
-    trade: Trade,
-) -> tuple[str, tuple[dict[str, Any], ...], list[tuple[str, ...]]]:
-    """Title, headings and rows of text for all points that ran."""
+def build_table(trade: Trade) -> tuple[str, list[tuple[str, ...]]]:
+    """Title and rows of text, under HEADINGS, for all points that ran."""
     judge = trade.judge
     title = f"{trade.scene.name}: cost against error of the {describe_observable(judge.name)[0]}"
     rows: list[tuple[str, ...]] = []
@@ -164,7 +156,7 @@ def build_table(
         cost = f"{row.ratio:.2f}", f"{row.cost:.3g}"
         error = format_percent(judge.error(row)), ", ".join(worth), f"{row.ledger:.0e}"
         rows.append((row.variant.label, row.variant.kind, *cost, *error))
-    return title, HEADINGS, rows
+    return title, rows
 
 
 def list_remarks(trade: Trade) -> list[str]:

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from pages import RADIUS, SCENE, result_at
 
 from dusttaichi import method, plots, report
-from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
+from dusttaichi.analysis import find_study, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 from dusttaichi.report import page, viewer_contacts
@@ -269,7 +269,7 @@ def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
     assert sweep["members"][3] == ["wall speed = 3 m/s", "a guard stopped it"]
     assert [row[0] for row in sweep["table"]] == ["wall speed", "1 m/s", "2 m/s", "3 m/s"]
     assert [view["particles"]["frames"] for view in sweep["views"]] == [2, 3]
-    assert not is_ensemble(tmp_path)
+    assert find_study(tmp_path) is None
     with pytest.raises(DustError, match="cannot be read as an ensemble"):
         open_ensemble(tmp_path / "sweep.nc")
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 Vector = tuple[float, float, float]
+LOADS = ("force", "pressure")  # keys of a controlled load
+REPLACING = (*LOADS, "velocity")  # keys of a stage, each of which replaces the load of the block
 
 
 class SurfaceDrive(Protocol):
@@ -55,8 +57,7 @@ class SurfaceMotion:
         """The motion in a stage; keys that the block of the stage leaves out are of this one."""
         if drive is None:
             return self
-        is_loaded = drive.force is not None or drive.pressure is not None
-        replaced = is_loaded or drive.velocity is not None
+        replaced = any(getattr(drive, key) is not None for key in REPLACING)
         return replace(
             self,
             velocity=self.velocity if drive.velocity is None else drive.velocity,
