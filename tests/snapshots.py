@@ -3,6 +3,7 @@
 import numpy as np
 import synthetic
 
+from dusttaichi import analysis
 from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.results import Writer, provenance, select_variables
 
@@ -37,6 +38,11 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
             writer.append("series", record | {"time": number * dt})
         writer.set_status("finished: made")
     return path
+
+
+def open_snapshots(folder, frames, radius=0.6e-6, **options):
+    """The Run of the result that `write` writes into a folder."""
+    return analysis.open_run(write(folder / "result.nc", frames, radius, **options))
 
 
 def _records(frame, number, dt, count, box):

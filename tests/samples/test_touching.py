@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from grain_texts import dump, read
 from scenes import make_scene
-from test_formats import dump, read
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
