@@ -107,16 +107,38 @@ def fit_compression(
     half = np.interp(0.5 * (phi1 + phi2), phi, decades)
     start = {"p_m": half, "delta": 0.5, "phi1": phi1, "phi2": phi2}
 
-    def numbers(parameters: Sequence[float]) -> dict[str, float]:
+    spread = None
+    if weights == "decades":  # where the monotone curve is flat a bin has a thousandth of one
+        spread = np.maximum(np.gradient(curve.monotone()[0]), 1e-3)[used] ** -0.5
+    fitted, deviations, residual = _fit_numbers(decades, phi, start, names, spread)
+    deviations *= correlation_factor(residual)
+    sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, deviations), strict=True))
+    sigma["p_m"] = float(fitted["p_m"] * np.log(10) * sigma["p_m"])
+    law = laws.CompressionLaw(**{name: float(v) for name, v in fitted.items()}, name="fit")
+    return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
+
+
+def _fit_numbers(
+    decades: NDArray[np.float64],
+    phi: NDArray[np.float64],
+    start: dict[str, float],
+    names: Sequence[str],
+    spread: NDArray[np.float64] | None,
+) -> tuple[dict[str, float], NDArray[np.float64], NDArray[np.float64]]:
+    """Numbers of the law by least squares, deviations of the fitted ones, and the residuals.
+
+    decades: lg P [Pa], and phi: filling factors of the points. start: numbers to begin with, p_m as
+    lg p_m as in the deviations; those in `names` are fitted. spread: uncertainties of the points
+    over each other, None of equal ones. Raises DustError where no fit is found.
+    """
+
+    def complete_numbers(parameters: Sequence[float]) -> dict[str, float]:
         values = start | dict(zip(names, parameters, strict=True))
         return values | {"p_m": 10 ** values["p_m"]}
 
     def model(lg_pressure: NDArray[np.float64], *parameters: float) -> NDArray[np.float64]:
-        return laws.filling_factor(10**lg_pressure, **numbers(parameters))
+        return laws.filling_factor(10**lg_pressure, **complete_numbers(parameters))
 
-    spread = None
-    if weights == "decades":  # where the monotone curve is flat a bin has a thousandth of one
-        spread = np.maximum(np.gradient(curve.monotone()[0]), 1e-3)[used] ** -0.5
     try:
         best, covariance = scipy.optimize.curve_fit(
             model,
@@ -129,18 +151,8 @@ def fit_compression(
         )
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
-    residual, fitted = phi - model(decades, *best), numbers(best)
-    deviations = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
-    sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, deviations), strict=True))
-    sigma["p_m"] = float(fitted["p_m"] * np.log(10) * sigma["p_m"])
-    law = laws.CompressionLaw(
-        phi1=float(fitted["phi1"]),
-        phi2=float(fitted["phi2"]),
-        p_m=float(fitted["p_m"]),
-        delta=float(fitted["delta"]),
-        name="fit",
-    )
-    return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
+    residual = phi - model(decades, *best)
+    return complete_numbers(best), np.sqrt(np.diag(covariance)), residual
 
 
 @dataclass(frozen=True)

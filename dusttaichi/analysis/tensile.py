@@ -93,19 +93,12 @@ def measure_tensile_strength(
     excludes the scatter between samples (T19: standard deviation of ten), and the largest of
     several noisy means is too large by about one of it.
     """
-    stage = run.part_that("stretches")
-    if not stage.stretches:
-        raise DustError(
-            f"{stage.path} has no tensile strength: no filling factor that falls, or neither "
-            "stress nor a pressure on the top wall."
-        )
+    stage = _find_stretching_stage(run)
     if axis is None:
         axis = AXES[find_longest_axis(stage)] if "box_length" in stage.series else "z"
     duration, raw_phi, raw_stress, edge = _read_records(stage, axis)
-    # even steps of it are even relative changes
-    log_phi, start = np.log(raw_phi), find_start_of_tension(raw_stress) or 0
-    if log_phi[0] - log_phi[start] <= UNLOADING * np.ptp(log_phi):
-        start = 0  # no long unloading
+    log_phi = np.log(raw_phi)  # even steps of it are even relative changes
+    start = _find_end_of_unloading(log_phi, raw_stress)
     duration, phi, stress, edge, log_phi = (
         a[start:] for a in (duration, raw_phi, raw_stress, edge, log_phi)
     )
@@ -136,6 +129,24 @@ def measure_tensile_strength(
         phi_init=phi_init,
         law=compute_strength_law(stage, phi_init),
     )
+
+
+def _find_stretching_stage(run: Run) -> Run:
+    """The first stage that stretches. Raises DustError without one."""
+    stage = run.part_that("stretches")
+    if not stage.stretches:
+        raise DustError(
+            f"{stage.path} has no tensile strength: no filling factor that falls, or neither "
+            "stress nor a pressure on the top wall."
+        )
+    return stage
+
+
+def _find_end_of_unloading(log_phi: NDArray[np.float64], stress: NDArray[np.float64]) -> int:
+    """Number of the record at which a long initial unloading ends; 0 without one."""
+    start = find_start_of_tension(stress) or 0
+    is_short = log_phi[0] - log_phi[start] <= UNLOADING * np.ptp(log_phi)
+    return 0 if is_short else start
 
 
 def compute_strength_law(run: Run, phi: float) -> float:

@@ -1,7 +1,5 @@
 """Samples: initial positions of the grains. One kind per file, with its block and generator."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from dusttaichi.samples import (  # noqa: F401, each registers its kind
@@ -98,12 +96,7 @@ def _remark_on_faces(sample: Sample, materials: Materials) -> Sample:
         "its cell, which this scene does not have, and lost. To keep them: sample.keep: [box] "
         "with a periodic boundary, or sample.fragment: largest, put together across the faces"
     )
-    return _with_remark(sample, text)
-
-
-def _with_remark(sample: Sample, text: str) -> Sample:
-    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
-    return replace(sample, info=info)
+    return sample.with_remarks(text)
 
 
 def _remark_on_gaps(sample: Sample, scene: AnyScene) -> Sample:
@@ -125,4 +118,4 @@ def _remark_on_gaps(sample: Sample, scene: AnyScene) -> Sample:
         f"{quantities.format(gap, 'length', digits=3)} between them); are lengths and radii in "
         "the units you meant?"
     )
-    return _with_remark(sample, text)
+    return sample.with_remarks(text)

@@ -78,51 +78,31 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     bodies miss, it is the distance along x between the planes that bound them.
     info: hit, 1 or 0; gap, impact_parameter, outer radii [m]; time_to_touch [s] of a hit.
     """
-    target, projectile = (make_sample(body, materials) for body in (spec.target, spec.projectile))
+    samples = [make_sample(body, materials) for body in (spec.target, spec.projectile)]
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
-    polydisperse = target.radii is not None or projectile.radii is not None
-    masses = [materials.masses(s) for s in (target, projectile)]
-    weights = masses if polydisperse else [None, None]
-    radii = [materials.radii_of(body) for body in (target, projectile)]
-    first, second = (
-        _centre_body(*rows) for rows in zip((target, projectile), turns, weights, strict=True)
-    )
+    unequal = any(body.radii is not None for body in samples)
+    masses = [materials.masses(body) for body in samples]
+    radii = [materials.radii_of(body) for body in samples]
+    weights = masses if unequal else [None, None]
+    bodies = [_centre_body(*rows) for rows in zip(samples, turns, weights, strict=True)]
     outer = [
         float((np.linalg.norm(body.positions, axis=1) + r).max())
-        for body, r in zip((first, second), radii, strict=True)
+        for body, r in zip(bodies, radii, strict=True)
     ]
     impact = spec.impact_parameter.metres(sum(outer))
     gap = materials.radius if spec.gap is None else spec.gap
-    separation, hit = _place_projectile((first.positions, second.positions), radii, impact, gap)
-    mass_fraction = len(second) / (len(first) + len(second))
-    if polydisperse:
-        mass_fraction = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
-    ahead = np.array([spec.speed, 0.0, 0.0])
-    unequal: dict[str, Any] = join_grains((first, second), radii) if polydisperse else {}
-    colliding = Sample(
-        np.concatenate(
-            [
-                first.positions - mass_fraction * separation,
-                second.positions + (1 - mass_fraction) * separation,
-            ]
-        ),
-        np.concatenate(
-            [
-                first.velocities + mass_fraction * ahead,
-                second.velocities - (1 - mass_fraction) * ahead,
-            ]
-        ),
-        np.concatenate([first.spins, second.spins]),
-        join_contacts((first, second)),
-        **unequal,
-    )
+    separation, hit = _place_projectile([body.positions for body in bodies], radii, impact, gap)
+    target_mass, mass = (float(m.sum()) if unequal else len(m) for m in masses)
+    grains: dict[str, Any] = join_grains(bodies, radii) if unequal else {}
+    velocity = -np.array([spec.speed, 0.0, 0.0])
+    colliding = _join_bodies(bodies, separation, velocity, mass / (target_mass + mass), grains)
     colliding.info.update(
         kind="collision",
         seed=int(spec.seed),
         grains=len(colliding),
-        target_grains=len(first),
-        projectile_grains=len(second),
+        target_grains=len(bodies[0]),
+        projectile_grains=len(bodies[1]),
         target_outer_radius=outer[0],
         projectile_outer_radius=outer[1],
         speed=float(spec.speed),
@@ -133,10 +113,32 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     )
     if hit and spec.speed > 0:
         colliding.info["time_to_touch"] = float(gap / spec.speed)
-    colliding.info.update(target=target.info, projectile=projectile.info)
-    if reading := [text for body in (target, projectile) for text in body.info.get("reading", ())]:
-        colliding.info["remarks"] = list(dict.fromkeys(reading))
-    return colliding
+    colliding.info.update(target=samples[0].info, projectile=samples[1].info)
+    reading = [text for body in samples for text in body.info.get("reading", ())]
+    return colliding.with_remarks(*dict.fromkeys(reading))
+
+
+def _join_bodies(
+    bodies: Sequence[Sample],
+    separation: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    mass_fraction: float,
+    grains: dict[str, Any],
+) -> Sample:
+    """Target and projectile in one sample, whose centre of mass is at rest at the origin.
+
+    separation [m], velocity [m/s]: of the projectile from the target, (3,). mass_fraction: of the
+    projectile. grains: radii and materials of grains that are not alike.
+    """
+    shifts = -mass_fraction, 1 - mass_fraction
+    pairs = list(zip(bodies, shifts, strict=True))
+    return Sample(
+        np.concatenate([body.positions + shift * separation for body, shift in pairs]),
+        np.concatenate([body.velocities + shift * velocity for body, shift in pairs]),
+        np.concatenate([body.spins for body in bodies]),
+        join_contacts(bodies),
+        **grains,
+    )
 
 
 def _place_projectile(

@@ -216,9 +216,8 @@ def _select_largest_fragment(
     Contacts are those of the file, and all overlaps.
     """
     pairs = np.column_stack(pairs_within(sample.positions, radii)[:2])
-    if sample.contacts is not None:
-        stored_pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
-        pairs = np.concatenate([pairs, stored_pairs])
+    if sample.stored_pairs is not None:
+        pairs = np.concatenate([pairs, sample.stored_pairs])
     _, label = label_components(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
     return extraction.select_grains(

@@ -94,9 +94,9 @@ def pairs_in_contact(
         pairs = np.column_stack(pairs_within(sample.positions, np.asarray(radius))[:2])
     else:
         pairs = touching_pairs(sample.positions, distance)
-    if sample.contacts is None:
+    if sample.stored_pairs is None:
         return pairs
-    stored = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
+    stored = np.sort(sample.stored_pairs, axis=1)
     if radius is not None:  # without those across the faces of another cell
         apart = sample.positions[stored[:, 0]] - sample.positions[stored[:, 1]]
         both = np.broadcast_to(radius, len(sample))[stored].sum(axis=1)

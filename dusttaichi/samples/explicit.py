@@ -222,15 +222,14 @@ def _reuse_run(
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
         all_grains, cell = len(sample), _get_cell(state)
-        if sample.contacts is None:
+        pairs = sample.stored_pairs
+        if pairs is None:
             pairs = contacts_by_distance(sample, materials, spec.touch_within, spec.units, cell)
             if not len(pairs):
                 raise DustError(
                     f"sample.fragment = {spec.fragment}: no two grains of {origin} touch, so there "
                     "are no fragments. Are lengths and radii in the units you meant?"
                 )
-        else:
-            pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
         options: dict[str, Any] = {
             "nearest": cell.nearest,
             "masses": materials.masses(sample),

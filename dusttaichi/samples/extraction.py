@@ -209,8 +209,7 @@ def drop_missing_walls(scene: AnyScene, sample: Sample) -> Sample:
     verb = "is" if dropped == 1 else "are"
     text = f"sample: {noun} with {gone} {verb} dropped: no such walls here"
     rows = {name: values[is_present] for name, values in sample.wall_contacts.items()}
-    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
-    return replace(sample, wall_contacts=rows, info=info)
+    return replace(sample, wall_contacts=rows).with_remarks(text)
 
 
 # largest distance of centres over the sum of the radii of a contact: far beyond any pull-off

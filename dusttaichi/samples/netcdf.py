@@ -19,7 +19,7 @@ from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.reading import open_tree
 from dusttaichi.samples.formats.columns import Units, state
 from dusttaichi.samples.formats.text import Source
-from dusttaichi.samples.formats.variables import Frame, read_columns
+from dusttaichi.samples.formats.variables import Frame, read_columns, read_numbers
 from dusttaichi.samples.sample import check_grains
 
 _BOTH = {"twist": "twist", "approach": "approach"}
@@ -81,8 +81,6 @@ class _Snapshot:
         node = tree["snapshots"] if "snapshots" in self.groups else tree
         variables = cast(xr.DataTree, node).to_dataset(inherit=False).variables
         self.frame: dict[str, xr.Variable] = {str(n): v for n, v in variables.items()}
-        self.requested = source.snapshot
-        self.number = -1 if source.snapshot == "last" else int(source.snapshot)
 
     def read(self) -> dict[str, Any]:
         state = self._columns() | self._environment()
@@ -101,7 +99,7 @@ class _Snapshot:
             contents = source.contents
             contents = replace(contents, quantities=contents.quantities - {"id"})
             source = replace(source, contents=contents)
-        table, names = read_columns(Frame(self.frame, ENVIRONMENT, self._place, source))
+        table, names = read_columns(Frame(self.frame, ENVIRONMENT, source))
         if not any(quantity == "position" for quantity, _ in filter(None, table.meanings)):
             raise DustError(
                 f"{self.origin}: it has the variables {', '.join(self.frame) or 'none'}; "
@@ -119,38 +117,20 @@ class _Snapshot:
         arrays["unread"] = sorted(unread)
         return arrays
 
-    def _place(self, count: int) -> int:
-        """Index of the snapshot among `count`."""
-        if count == 0:
-            raise DustError(f"{self.origin}: it has no snapshot yet; allowed: one or more.")
-        if self.number >= count:
-            raise DustError(
-                f"sample.snapshot = {self.requested}: {self.origin} has {count} snapshots; "
-                "allowed: "
-                f"0 to {count - 1}, or last."
-            )
-        return self.number % count
-
-    def _plain(self, values: Any, name: str) -> np.ndarray:
-        try:
-            return np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise DustError(f"{self.origin}: {name} contains texts; allowed: numbers.") from None
-
     def _environment(self) -> dict[str, Any]:
         """Period, positions of walls and faces, and time, if the file has them."""
         period = np.full(3, np.inf)
         environment: dict[str, Any] = {}
         box = self.frame.get("box")
         if box is not None and box.shape[1:] == (6,):
-            room = self._plain(box[self._place(len(box))].values, "box")
+            room = read_numbers(box[self.source.choose_number(len(box))].values, "box", self.source)
             environment["room"] = room
             axes = str(self.tree.attrs.get("periodic_axes", "")).split()
             for k in (AXES.index(axis) for axis in axes if axis in AXES):
                 period[k] = room[2 * k + 1] - room[2 * k]
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
-            environment["time"] = float(time[self._place(len(time))].values)
+            environment["time"] = float(time[self.source.choose_number(len(time))].values)
         scaling = self.tree.attrs.get("stiffness_scaling", 1.0)
         environment["stiffness_scaling"] = self._number("stiffness_scaling", scaling)
         return environment | {"period": period, "tilt": self._number("tilt", 0.0)}
@@ -158,8 +138,10 @@ class _Snapshot:
     def _number(self, name: str, default: float) -> float:
         """Number of the snapshot, or the default where the file has none."""
         variable = self.frame.get(name)
-        values = np.zeros(0) if variable is None else self._plain(variable.values, name).reshape(-1)
-        return float(values[self._place(len(values))] if len(values) else default)
+        if variable is None:
+            return default
+        values = read_numbers(variable.values, name, self.source).reshape(-1)
+        return float(values[self.source.choose_number(len(values))] if len(values) else default)
 
     def _rows(self, group: str, count: str, names: dict[str, Any]) -> dict[str, np.ndarray]:
         """Rows of a group in the snapshot, by our names."""
@@ -180,7 +162,7 @@ class _Snapshot:
         rows: dict[str, NDArray[Any]] = {}
         registered = [name for name, v in stored.items() if "contact_history" in v.attrs]
         for ours, theirs in (names | {name: name for name in registered}).items():
-            rows[ours] = self._plain(stored[theirs][start:stop].values, theirs)
+            rows[ours] = read_numbers(stored[theirs][start:stop].values, theirs, self.source)
             vector = ours in _VECTORS or (ours in registered and stored[theirs].ndim == 2)
             shape = (stop - start, 3) if vector else (stop - start,)
             if rows[ours].shape != shape:
@@ -208,5 +190,5 @@ class _Snapshot:
                 f"{origin}: {name} of snapshot {snapshot} is {counts[snapshot]}; allowed: 0 or "
                 "more."
             )
-        number = self._place(len(counts))
+        number = self.source.choose_number(len(counts))
         return int(counts[:number].sum()), int(counts[: number + 1].sum())

@@ -1,7 +1,7 @@
 """Samples: grains with positions, velocities and spins, their measures, and largest numbers."""
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -77,6 +77,18 @@ class Sample:
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    def with_remarks(self, *texts: str) -> "Sample":
+        """This sample with further sentences for the user."""
+        remarks = [*self.info.get("remarks", ()), *texts]
+        return replace(self, info=self.info | {"remarks": remarks}) if texts else self
+
+    @property
+    def stored_pairs(self) -> NDArray[np.integer] | None:
+        """Grains of the existing pair contacts, (C, 2); None without `contacts`."""
+        if self.contacts is None:
+            return None
+        return np.column_stack([self.contacts["i"], self.contacts["j"]])
 
 
 # The radius [m] of the functions below is one number for all grains, or (N,).

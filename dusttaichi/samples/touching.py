@@ -72,7 +72,6 @@ def put_in_contact(sample: Sample, materials: Materials, within: Any, unit: floa
     tolerances = _choose_tolerances(sample, grains, within, unit)
     change = _move_grains(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
     x = change.pop("positions", sample.positions)
-    info = dict(sample.info)
     i, j = grains.cell.pairs(x, grains.radii).T
     fragments = int(label_components(np.column_stack([i, j]), len(sample))[0])
     touching = {"contacts": len(i), "fragments": fragments, **change}
@@ -83,9 +82,8 @@ def put_in_contact(sample: Sample, materials: Materials, within: Any, unit: floa
         texts = [_format_remark(touching)]
     if deep := _describe_deep_overlaps(grains, x, i, j):
         texts.append(f"sample: {deep}")
-    if texts:
-        info["remarks"] = [*info.get("remarks", ()), *texts]
-    return replace(sample, positions=x, info=info | {"touching": touching})
+    sample = sample.with_remarks(*texts)
+    return replace(sample, positions=x, info=sample.info | {"touching": touching})
 
 
 class _Grains:

@@ -155,13 +155,8 @@ def sweep(
             study = sweep_study.sweep(scene, axes, _folder(scene, "sweep", directory))
         else:
             study = sweep_study.replicas(scene, user_path(run_directory(scene, directory)))
-        engine_options: dict[str, Any] = {
-            "jobs": jobs,
-            "scheduler": scheduler,
-            "force": force,
-            "resume": resume,
-        }
-        point_results = run_study(study, bar, onward=CONTINUE_HINT, **engine_options)
+        options: Any = dict(jobs=jobs, scheduler=scheduler, force=force, resume=resume)
+        point_results = run_study(study, bar, onward=CONTINUE_HINT, **options)
         results = finish.finish_sweep(study, point_results, figures)
     _warn(results.undrawn, results.failure)
     return results.data
@@ -220,15 +215,8 @@ def collide(
     """
     with _study(scene, changes, force, resume) as scene, open_bar(progress is False) as bar:
         study = Collisions(scene, _folder(scene, "collisions", directory), batch)
-        engine_options: dict[str, Any] = {
-            "jobs": jobs,
-            "scheduler": scheduler,
-            "force": force,
-            "resume": resume,
-        }
-        point_results = run_study(
-            study, bar, onward=CONTINUE_HINT, noun="collisions", **engine_options
-        )
+        options: Any = dict(jobs=jobs, scheduler=scheduler, force=force, resume=resume)
+        point_results = run_study(study, bar, onward=CONTINUE_HINT, noun="collisions", **options)
         results = finish.finish_collisions(study, point_results, figures)
         if text := finish.describe_unfinished_collisions(results.data):
             bar.log(text)
@@ -290,15 +278,8 @@ def study(
         else:
             path = user_path(program)
             mine = user_study.load_study(path, scene, _folder(scene, path.stem, directory))
-        engine_options: dict[str, Any] = {
-            "jobs": jobs,
-            "scheduler": scheduler,
-            "force": force,
-            "resume": resume,
-        }
-        results = finish.finish_study(
-            mine, run_study(mine, bar, onward=CONTINUE_HINT, **engine_options)
-        )
+        options: Any = dict(jobs=jobs, scheduler=scheduler, force=force, resume=resume)
+        results = finish.finish_study(mine, run_study(mine, bar, onward=CONTINUE_HINT, **options))
     _warn(results.undrawn, results.failure)
     return results.data
 

@@ -59,14 +59,20 @@ class Source:
             raise self.fault("such a file has no snapshots; leave sample.snapshot out.")
 
     def choose_frame(self, frames: Sequence[T]) -> T:
-        """The requested one of the snapshots, a number from 0 or "last"."""
-        number = len(frames) - 1 if isinstance(self.snapshot, str) else self.snapshot
-        if not 0 <= number < len(frames):
+        """The requested one of the snapshots."""
+        return frames[self.choose_number(len(frames))]
+
+    def choose_number(self, count: int) -> int:
+        """Number of the requested one of `count` snapshots: a number from 0, or "last"."""
+        if count == 0:
+            raise self.fault("it has no snapshot yet; allowed: one or more.")
+        number = count - 1 if isinstance(self.snapshot, str) else self.snapshot
+        if not 0 <= number < count:
             raise DustError(
-                f"sample.snapshot = {self.snapshot}: {self.name} has {len(frames)} snapshots; "
-                f"allowed: 0 to {len(frames) - 1}, or last."
+                f"sample.snapshot = {self.snapshot}: {self.name} has {count} snapshots; "
+                f"allowed: 0 to {count - 1}, or last."
             )
-        return frames[number]
+        return number
 
 
 def read_bytes(path: Path, origin: str) -> tuple[bytes, bool]:

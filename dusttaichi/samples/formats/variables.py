@@ -8,7 +8,7 @@ are in the order (snapshot, grain, xyz), where the components are three.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -50,14 +50,10 @@ _EMPTY = ("", "none", "None")
 
 @dataclass(frozen=True)
 class Frame:
-    """Variables of a file by name, those that are read elsewhere, and the requested snapshot.
-
-    index: function of a number of snapshots, the index of the requested one.
-    """
+    """Variables of a file by name, and those that are read elsewhere."""
 
     variables: Mapping[str, xr.Variable]
     elsewhere: tuple[str, ...]
-    index: Callable[[int], int]
     source: Source
 
 
@@ -152,7 +148,7 @@ def _array(name: str, column: _Column, frame: Frame, count: int | None) -> NDArr
     variable, source = frame.variables[name], frame.source
     quantity, size = column.quantity, len(column.components)
     if not variable.ndim and quantity not in TEXTS and count is not None:  # that of all grains
-        return np.full(count, _numbers(variable.values, name, source))
+        return np.full(count, read_numbers(variable.values, name, source))
     axes = _axes(name, size, frame)
     if axes is None and size == 3 and source.contents.plane:
         axes = _axes(name, 2, frame)
@@ -168,11 +164,11 @@ def _array(name: str, column: _Column, frame: Frame, count: int | None) -> NDArr
     check_grains(variable.sizes[axes[GRAIN]], source.name)
     if SNAPSHOT in axes:
         snapshots = axes[SNAPSHOT]
-        variable = variable.isel({snapshots: frame.index(variable.sizes[snapshots])})
+        variable = variable.isel({snapshots: source.choose_number(variable.sizes[snapshots])})
     values = variable.transpose(*[axes[n] for n in (GRAIN, COMPONENT) if n in axes]).values
     if quantity in TEXTS and values.dtype.kind in "OSU":
         return np.array([_text(value) for value in values], dtype=object)
-    return _numbers(values, name, source)
+    return read_numbers(values, name, source)
 
 
 def _is_labelled(dim: Hashable, frame: Frame) -> bool:
@@ -236,7 +232,8 @@ def _check_length(
         )
 
 
-def _numbers(values: Any, name: str, source: Source) -> NDArray[np.float64]:
+def read_numbers(values: Any, name: str, source: Source) -> NDArray[np.float64]:
+    """Numbers of a variable. Raises DustError for texts."""
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
