@@ -114,7 +114,13 @@ def fit_compression(
     deviations *= correlation_factor(residual)
     sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, deviations), strict=True))
     sigma["p_m"] = float(fitted["p_m"] * np.log(10) * sigma["p_m"])
-    law = laws.CompressionLaw(**{name: float(v) for name, v in fitted.items()}, name="fit")
+    law = laws.CompressionLaw(
+        phi1=float(fitted["phi1"]),
+        phi2=float(fitted["phi2"]),
+        p_m=float(fitted["p_m"]),
+        delta=float(fitted["delta"]),
+        name="fit",
+    )
     return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
 
 
