@@ -128,7 +128,7 @@ def _join_bodies(
     """Target and projectile in one sample, whose centre of mass is at rest at the origin.
 
     separation [m], velocity [m/s]: of the projectile from the target, (3,). mass_fraction: of the
-    projectile. grains: radii and materials of grains that are not alike.
+    projectile. grains: radii and materials of unequal grains.
     """
     shifts = -mass_fraction, 1 - mass_fraction
     pairs = list(zip(bodies, shifts, strict=True))
