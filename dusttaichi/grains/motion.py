@@ -10,7 +10,7 @@ import numpy as np
 
 from dusttaichi.grains.bodies import GrainBodies
 from dusttaichi.grains.grain_environment import GrainEnvironment
-from dusttaichi.grains.kernels.store import FIRST_SPHERE
+from dusttaichi.grains.kernels.list_entries import decode_entries
 from dusttaichi.grains.outside_forces import ActingForces
 from dusttaichi.grains.pushes import Push
 from dusttaichi.grains.state import GrainState
@@ -32,8 +32,8 @@ class Motion:
     def sum_contact_loads(self):
         """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
         state, count = self.state, self.bodies.count
-        grain, contact, second = _list_contacts(state)
-        load, change = state.fields["load"], np.count_nonzero(second)  # second bodies come first
+        grain, contact, is_second = _list_contacts(state)
+        load = state.fields["load"]
         blocks = int(contact.max(initial=-1)) // state.layout.width + 1
         out = np.empty((2, count, 3))
 
@@ -42,11 +42,12 @@ class Motion:
 
         # one column after another, which takes little memory
         for axis in range(3):
-            force = read(axis)
-            columns = -force[contact[:change]], force[contact[change:]]
-            out[0, :, axis] = np.bincount(grain, np.concatenate(columns), count)
-            columns = read(6 + axis)[contact[:change]], read(3 + axis)[contact[change:]]
-            out[1, :, axis] = np.bincount(grain, np.concatenate(columns), count)
+            force = read(axis)[contact]
+            np.negative(force, out=force, where=is_second)
+            out[0, :, axis] = np.bincount(grain, force, count)
+            torque = read(3 + axis)[contact]
+            torque[is_second] = read(6 + axis)[contact[is_second]]
+            out[1, :, axis] = np.bincount(grain, torque, count)
         return out
 
     def sum_loads(self, present=False):
@@ -150,16 +151,11 @@ class Motion:
 
 
 def _list_contacts(state):
-    """Grain, number of the contact, 1 where the grain is its second body, of all listed contacts.
+    """Grain, number of the contact, whether the grain is its second body, of all listed contacts.
 
     Those of a grain in the order in which its loads are summed (kernels.grain_pass).
     """
-    start, first = state["entry_start"], np.diff(state["pair_start"])
+    start = state["entry_start"]
     entry = state["entry"][: start[-1]]
-    grains = np.arange(len(first))
-    owner, contact_rows = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
-    outside = entry >= state["counts"][FIRST_SPHERE] * state.layout.width
-    second = (entry >= 0) & ~outside
-    contacts = np.concatenate([entry[second], np.arange(len(contact_rows)), entry[outside]])
-    sides = np.repeat([1, 0], [np.count_nonzero(second), len(contacts) - np.count_nonzero(second)])
-    return np.concatenate([owner[second], contact_rows, owner[outside]]), contacts, sides
+    grain, listed = np.repeat(np.arange(len(start) - 1), np.diff(start)), entry >= 0
+    return grain[listed], *decode_entries(entry[listed], state.layout.width)

@@ -13,6 +13,7 @@ from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     LOADS,
     ON_SPHERE,
+    OPPOSITE,
     OVERFLOW,
     PAIRS,
     SPHERE,
@@ -180,6 +181,8 @@ class GrainState(FieldState):
         numbers = self.fields[name].copy_rows(blocks.start, blocks.stop)
         shape = (-1, self.layout.width, values.shape[1])
         numbers[:, rows] = values.reshape(shape).transpose(0, 2, 1)
+        if table == "load" and self.layout.opposite:
+            numbers[:, OPPOSITE : OPPOSITE + 3] = -numbers[:, :3]
         self.fields[name].from_numpy(numbers, blocks.start)
 
     def _place_of(self, table):

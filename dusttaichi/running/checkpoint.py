@@ -24,7 +24,7 @@ from dusttaichi.results.files import explain, remove, replace_atomically
 from dusttaichi.results.plain import plain
 
 OLDER = b"dusttaichi checkpoint "
-MAGIC = b"dusttaichi checkpoint 6\n"
+MAGIC = b"dusttaichi checkpoint 7\n"
 ALL = -1  # exceptions of an array whose numbers are all stored
 FEW = 0.125  # largest share of exceptions
 PROBES = 1024  # numbers of an array that are compared first

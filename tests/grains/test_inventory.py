@@ -111,7 +111,7 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted_taichi):
     assert sim.layout.state_rows == size
     expected_fields = len(sim.layout.stored)
     assert sim.fields["contact"].to_numpy().shape[1] == size + expected_fields
-    assert sim.fields["load"].to_numpy().shape[1] == max(9, size)
+    assert sim.fields["load"].to_numpy().shape[1] == max(12, size)
 
 
 # What `dust check` says.

@@ -9,6 +9,8 @@ from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import samples
 from dusttaichi.compute import backend, compiler
+from dusttaichi.grains.kernels.list_entries import decode_entries
+from dusttaichi.grains.kernels.store import OPPOSITE
 from dusttaichi.grains.order import PART, grain_order
 
 GRAINS = 300
@@ -42,6 +44,25 @@ def test_contacts_against_brute_force():
         assert probe.sim.ledger.measure_energies()["contacts"] == len(active)
         formed = max(formed, len(active))
     assert formed > 10 and probe.sim.search.count > 10
+
+
+def test_each_contact_is_in_the_lists_of_both_grains():
+    """With opposite forces, also after loads are put back."""
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(*make_gas()))
+    probe.advance(400)
+    sim = probe.sim
+    state, i, j = sim.grain_state, *sim.grain_state.pairs()
+    start, entry = state["entry_start"], state["entry"]
+    for grain in range(GRAINS):
+        listed = entry[start[grain] : start[grain + 1]]
+        assert listed[-1] == -1
+        contacts, is_second = decode_entries(listed[:-1], sim.layout.width)
+        expected = [np.flatnonzero(j == grain), np.flatnonzero(i == grain)]
+        assert np.array_equal(contacts, np.concatenate(expected))
+        assert np.array_equal(is_second, np.repeat([True, False], [len(n) for n in expected]))
+    sim.stepper.evaluate()
+    loads = state.fields["load"].to_numpy(state.used_blocks()[0].stop)
+    assert np.any(loads[:, :3]) and np.array_equal(loads[:, OPPOSITE:12], -loads[:, :3])
 
 
 def test_fast_grain_is_not_missed():

@@ -82,8 +82,7 @@ class ContactChanges:
             force = force_before + motion.normal * law.form(
                 motion, history, constants, dt, force_before.dot(motion.normal)
             )
-            for c in ti.static(range(3)):
-                self.rows.load[block, c, lane] = force[c]
+            self.rows.put_force(block, lane, force)
             self.rows.write(block, lane, history, 0.0)
 
     @ti.func

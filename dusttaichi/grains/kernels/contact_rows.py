@@ -1,6 +1,7 @@
 """The rows of a contact in the fields of a scene: its history, its loads."""
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.grains.kernels.store import OPPOSITE
 
 
 def _masks(law):
@@ -14,6 +15,7 @@ class Rows:
 
     def __init__(self, fields, layout):
         self.table, self.load, self.dtype = fields["contact"], fields["load"], layout.law
+        self.opposite = layout.opposite
         self.vec3 = ti.types.vector(3, layout.law)
         named = [(name, *layout.rows[name]) for name in layout.model.history]
         self.scalars = tuple((name, first) for name, first, width in named if width == 1)
@@ -72,9 +74,17 @@ class Rows:
         return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
 
     @ti.func
+    def put_force(self, b, lane, force):
+        """Put the force on the first body, and on the second where it has rows of its own."""
+        for c in ti.static(range(3)):
+            self.load[b, c, lane] = force[c]
+            if ti.static(self.opposite):
+                self.load[b, OPPOSITE + c, lane] = -force[c]
+
+    @ti.func
     def put_loads(self, b, lane, load: ti.template()):
         """Force and torque on the first body, torque on the second: the force on it is opposite."""
+        self.put_force(b, lane, load.force)
         for c in ti.static(range(3)):
-            self.load[b, c, lane] = load.force[c]
             self.load[b, 3 + c, lane] = load.torque_1[c]
             self.load[b, 6 + c, lane] = load.torque_2[c]

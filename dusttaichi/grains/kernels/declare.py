@@ -109,14 +109,15 @@ def _members(n):
 
 def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
-    entries = (n.pairs + n.walls) * layout.width + 2 * n.grains
+    entries = (2 * n.pairs + n.walls) * layout.width + n.grains
     kinds = CURVED + len(layout.curved)
     numbers = ("constants of a contact of two grains, with a wall, with the sphere, with surfaces",
                "um, nN, fJ", n.law, (kinds, len(list_numbers(layout.model))))
     return [
         ("contact", "history and own constants of a contact: rows of the layout",
          "um, nN, fJ", n.law, (blocks, layout.row_count, n.width)),
-        ("load", "force on the first body of a contact, torques on both", "nN, nN um", n.law,
+        ("load", "force on the first body of a contact, torques on both, force on the second",
+         "nN, nN um", n.law,
          (blocks, layout.load_rows, n.width)),
         ("pair_i", "first grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
         ("pair_j", "second grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
@@ -124,8 +125,8 @@ def _contacts(n, layout):
         ("numbers", *numbers),
         ("touches", "distance of the centres at first touch of these", "um", ("f64", 0), (kinds,)),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
-        ("entry", "contacts of a grain that are not its own pairs, -1 at the end of each part",
-         "1", ("i32", 0), (entries,)),
+        ("entry", "contacts of a grain, -1 at the end: kernels.list_entries", "1", ("i32", 0),
+         (entries,)),
         # sums over many steps are in double precision always
         ("loss", "losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
         ("sync", "meeting places of the workers", "1", ("i32", 0), (SYNC,)),

@@ -1,6 +1,7 @@
 """Losses of each grain by channel, summed over its contacts since the last time."""
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.grains.kernels.list_entries import contact_of, is_of_second
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS
 
 
@@ -14,7 +15,6 @@ def make_add_grain_losses(fields, layout):
     width, channels = layout.width, len(layout.channels)
     first, contact, counts = layout.rows["recent"][0], fields["contact"], fields["counts"]
     entry_start, entry, grain_loss = fields["entry_start"], fields["entry"], fields["grain_loss"]
-    pair_start = fields["pair_start"]
 
     @ti.func
     def add(g, c, fraction):
@@ -29,21 +29,14 @@ def make_add_grain_losses(fields, layout):
 
     @ti.kernel
     def add_grain_losses():
-        for grain in range(counts[GRAINS]):  # in the order of kernels.grain_pass.make_gather
-            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
-                if entry[entry_number] >= 0 and entry[entry_number] < counts[FIRST_SPHERE] * width:
-                    add(grain, entry[entry_number], 0.5)
-            for contact in range(pair_start[grain], pair_start[grain + 1]):
-                add(grain, contact, 0.5)
-            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
-                if entry[entry_number] >= counts[FIRST_SPHERE] * width:
-                    add(grain, entry[entry_number], 1.0)
         for grain in range(counts[GRAINS]):
-            # once for each contact: by its first body
-            for contact in range(pair_start[grain], pair_start[grain + 1]):
-                clear(contact)
-            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
-                if entry[entry_number] >= counts[FIRST_SPHERE] * width:
-                    clear(entry[entry_number])
+            for at in range(entry_start[grain], entry_start[grain + 1] - 1):
+                number = contact_of(entry[at], width)
+                is_outside = number >= counts[FIRST_SPHERE] * width
+                add(grain, number, ti.select(is_outside, 1.0, 0.5))
+        for grain in range(counts[GRAINS]):
+            for at in range(entry_start[grain], entry_start[grain + 1] - 1):
+                if is_of_second(entry[at], width) == 0:  # once for each contact
+                    clear(contact_of(entry[at], width))
 
     return add_grain_losses

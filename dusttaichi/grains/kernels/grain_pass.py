@@ -7,7 +7,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell_kinematics import CENTRE, GROWTH, RATE, START, TILT
 from dusttaichi.grains.kernels.outside_kick import OutsideKick
-from dusttaichi.grains.kernels.store import GRAINS
+from dusttaichi.grains.kernels.store import GRAINS, OPPOSITE
 
 # of the series of cos(h) and sin(h)/h in h^2
 COS = [(-1) ** n / factorial(2 * n) for n in range(1, 5)]
@@ -56,49 +56,40 @@ class Orientations:
 
 
 def make_gather(fields, layout):
-    """Returns `total(grain)`: force and torque on a grain, summed in a fixed order.
+    """Returns `total(grain)`: force and torque on a grain, summed in the order of its list.
 
-    First come the contacts in which it is the second body, from its list, then those in which it is
-    the first, which are adjacent, then contacts with walls and sphere, from the second part of its
-    list. Each loop ends by a number that it reads: a grain has a contact or two of a kind, and a
-    loop over a known number of them, which LLVM unrolls and vectorises, takes a third longer. All
-    six sums of a loop are of one sign, so that they are vectors.
+    One loop passes the contacts of all kinds: each loop costs a wrong prediction of its end. It
+    ends by a number that it reads: a loop over a known number of contacts, which LLVM unrolls and
+    vectorises, takes a third longer. The force on the second body of a contact has rows of its own
+    (layout.opposite); a device, on which memory is slower than a product, has a sign instead.
     """
     width = layout.width  # a power of two
     shift = width.bit_length() - 1
-    entry_start, entry = fields["entry_start"], fields["entry"]
-    pair_start, pair_i = fields["pair_start"], fields["pair_i"]
-    load, outside = fields["load"], "wall_slot" in fields or layout.sphere
+    entry_start, entry, load = fields["entry_start"], fields["entry"], fields["load"]
 
     @ti.func
-    def add(sums: ti.template(), contact, torque: ti.template()):
-        block, lane = (contact >> shift) & layout.mask, contact & (width - 1)
+    def add(sums: ti.template(), listed):
+        row, lane = listed >> shift, listed & (width - 1)
+        block, is_second = (row >> 1) & layout.mask, row & 1  # kernels.list_entries
         for component in ti.static(range(3)):
-            sums[component] += ti.cast(load[block, component, lane], layout.geometry)
-            sums[3 + component] += ti.cast(load[block, torque + component, lane], layout.geometry)
+            if ti.static(layout.opposite):
+                force = load[block, OPPOSITE * is_second + component, lane]
+                sums[component] += ti.cast(force, layout.geometry)
+            else:
+                force = ti.cast(load[block, component, lane], layout.geometry)
+                sums[component] += (1 - 2 * is_second) * force
+            torque = load[block, 3 + 3 * is_second + component, lane]
+            sums[3 + component] += ti.cast(torque, layout.geometry)
 
     @ti.func
     def total(grain):
         sums = ti.Vector.zero(layout.geometry, 6)
-        list_entry = entry_start[grain]
-        contact = entry[list_entry]
-        while contact >= 0:
-            add(sums, contact, 6)
-            list_entry += 1
-            contact = entry[list_entry]
-        for component in ti.static(range(3)):
-            sums[component] = -sums[component]
-        contact = pair_start[grain]
-        while pair_i[contact >> shift, contact & (width - 1)] == grain:
-            add(sums, contact, 3)
-            contact += 1
-        if ti.static(outside):
-            list_entry += 1
-            contact = entry[list_entry]
-            while contact >= 0:
-                add(sums, contact, 3)
-                list_entry += 1
-                contact = entry[list_entry]
+        at = entry_start[grain]
+        listed = entry[at]
+        while listed >= 0:
+            add(sums, listed)
+            at += 1
+            listed = entry[at]
         return ti.Vector([sums[0], sums[1], sums[2]]), ti.Vector([sums[3], sums[4], sums[5]])
 
     return total

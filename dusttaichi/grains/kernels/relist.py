@@ -6,6 +6,7 @@ Pairs with their history, carried over exactly, and the contacts of every grain.
 from dusttaichi.compute.device_blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, count_blocks, is_short
+from dusttaichi.grains.kernels.list_entries import encode_entry
 from dusttaichi.grains.kernels.store import GRAINS, NEIGHBOURS, OVERFLOW, PAIRS
 from dusttaichi.particles.lists import Lists
 
@@ -164,33 +165,40 @@ class PairLists:
 
     @ti.func
     def entries(self, grain, listing: ti.template()):
-        """Length of the list of a grain's contacts, with the numbers that end its parts.
+        """Length of the list of a grain's contacts, with the number that ends it.
 
-        It is written if `listing` (particles.lists).
+        It is written if `listing` (particles.lists): pairs of which it is the second grain, those
+        of which it is the first, contacts with other bodies.
         """
-        n = 0
-        for k in range(self.near_count[grain] * ti.cast(self.counts[OVERFLOW] == 0, ti.i32)):
+        n, first_pair, near = 0, self.pair_start[grain], self.near_count[grain]
+        pairs = self.pair_start[grain + 1] - first_pair
+        if self.counts[OVERFLOW] > 0:
+            pairs, near = 0, 0
+        for k in range(near):
             j = self.neighbour(grain, k)
             if j < grain:
                 if ti.static(listing):
-                    self.entry[self.first[grain] + n] = self.contact_of(j, grain)
+                    self.put(grain, n, self.contact_of(j, grain), 1)
                 n += 1
-        n += self.put(grain, n, -1, listing)
+        if ti.static(listing):
+            for k in range(pairs):
+                self.put(grain, n + k, first_pair + k, 0)
+        n += pairs
         for lists in ti.static(self.further_lists):
             for k in range(lists.bodies):
                 slot = lists.slot(grain, k)
                 if slot >= 0:
-                    n += self.put(grain, n, self.counts[lists.begin] * self.width + slot, listing)
-        if ti.static(len(self.further_lists) > 0):
-            n += self.put(grain, n, -1, listing)
-        return n
+                    if ti.static(listing):
+                        self.put(grain, n, self.counts[lists.begin] * self.width + slot, 0)
+                    n += 1
+        if ti.static(listing):
+            self.entry[self.first[grain] + n] = -1
+        return n + 1
 
     @ti.func
-    def put(self, grain, n, value, listing: ti.template()):
-        """Write number n of the list of a grain if `listing`; returns 1."""
-        if ti.static(listing):
-            self.entry[self.first[grain] + n] = value
-        return 1
+    def put(self, grain, n, contact, is_second):
+        """Write number n of the list of a grain, which is the second body if `is_second` is 1."""
+        self.entry[self.first[grain] + n] = encode_entry(contact, is_second, self.width)
 
 
 def make_relist(fields, scratch, layout, write_constants=None, further_lists=()):

@@ -30,6 +30,7 @@ COUNTS = 10
 PLANES = 6  # walls that are planes: those of curved surfaces stand behind them
 SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
 LOADS = 9  # force on the first body of a contact, torques on both
+OPPOSITE = 9  # first row of the force on the second body
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,12 @@ class Layout:
     @property
     def load_rows(self):
         """Rows of the loads, with places for the history: the search puts the old lists there."""
-        return max(LOADS, self.state_rows)
+        return max(OPPOSITE + 3 if self.opposite else LOADS, self.state_rows)
+
+    @property
+    def opposite(self):
+        """True if the force on the second body of a contact has rows of its own."""
+        return self.width > 1
 
     @property
     def constants(self):
