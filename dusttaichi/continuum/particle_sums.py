@@ -53,6 +53,12 @@ class ParticleSums:
         return self._motion.velocities()
 
     @cached_property
+    def _mean_v(self):
+        """Mean velocities over the half step up to the present (n, 3) [m/s]."""
+        state = self._state
+        return 0.5 * (state.raise_to_space(state.of_particles("v")) + self.v)
+
+    @cached_property
     def _speed2(self):
         return np.sum(self.v * self.v, axis=1)
 
@@ -113,8 +119,7 @@ class ParticleSums:
         Velocities are the means over the half step up to the present.
         """
         state = self._state
-        mean = 0.5 * (state.raise_to_space(state.of_particles("v")) + self.v)
-        return np.sum(state.raise_to_space(state.of_particles(name)) * mean)
+        return np.sum(state.raise_to_space(state.of_particles(name)) * self._mean_v)
 
     def taken(self):
         """Work so far against artificial stress and stiffness against hourglass modes [J]."""
