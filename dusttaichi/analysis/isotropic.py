@@ -28,7 +28,7 @@ DECADES = 0.05
 THIN = 0.1  #: Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9).
 
 
-# pressure [Pa] of filling factors (n,), surface energy, radius and critical rolling displacement
+# pressure [Pa] of filling factors (n,) and of the numbers of find_law_numbers
 PressureLaw = Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]]
 
 
@@ -82,8 +82,8 @@ def measure_isotropic_compression(
     ----------
     run : Run
     law : function
-        Pressure [Pa] from filling factors (n,), surface energy [J/m^2], radius and critical rolling
-        displacement [m]. Default: T19 eq 9.
+        Pressure [Pa] from filling factors (n,), and from surface energy [J/m^2], radius and
+        critical rolling displacement [m], see `find_law_numbers`. Default: T19 eq 9.
 
     Raises
     ------
@@ -108,6 +108,20 @@ def measure_isotropic_compression(
     return Isotropic(*columns, count[up].astype(int), phi, pressure)
 
 
+def find_law_numbers(run: Run) -> tuple[float, float, float] | None:
+    """Surface energy [J/m^2], radius and critical rolling displacement [m] of a law for a run.
+
+    The displacement is times `interaction.rolling.modifier`: a stiffer spring needs as many times
+    more work E_roll until grains roll. None for an unknown material, or grains that roll freely.
+    """
+    material = run.material
+    rolling = run.scene.get("interaction", {}).get("rolling", {})
+    modifier = float(rolling.get("modifier", 1.0)) if isinstance(rolling, dict) else 0.0
+    if material is None or modifier == 0.0:
+        return None
+    return material.surface_energy, material.radius, modifier * material.critical_rolling
+
+
 def register(label: str, law: PressureLaw) -> None:
     """Draw a law beside T19 eq 9 in figures of the pressure; for extensions.
 
@@ -122,7 +136,5 @@ def register(label: str, law: PressureLaw) -> None:
 
 
 def _apply_law(law: PressureLaw, run: Run, phi: NDArray[np.float64]) -> NDArray[np.float64]:
-    m = run.material
-    if m is None:
-        return np.full(len(phi), np.nan)
-    return law(phi, m.surface_energy, m.radius, m.critical_rolling)
+    numbers = find_law_numbers(run)
+    return np.full(len(phi), np.nan) if numbers is None else law(phi, *numbers)

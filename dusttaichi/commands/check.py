@@ -137,7 +137,8 @@ def _cost(forecast, *, measure_it):
             break
         total += steps
         time = quantities.format(steps * preview.dt, "time", 5)
-        rows.append((label, f"{steps:,} = {time}, until {reason}"))
+        text = f"{steps:,} = {time}, until {reason}"
+        rows.append((label, text if steps else f"0: {reason} is reached at the start"))
     shortest, seconds, longest = forecast.step_time(measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.format_rate(rate)} steps/s"

@@ -4,6 +4,7 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.compute.memory import TYPES, capacity_for
+from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.grains import contact_network
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build, prepare
@@ -59,7 +60,19 @@ def _contacts(table):
     sections = {f"Contact of {name}": c for name, c in pairs.items()}
     if table.scene.has_walls:
         sections |= {f"Contact of {name}": c for name, c in walls.items()}
-    return [(title, _contact(c, table.scene)) for title, c in sections.items()]
+    rows = {title: _contact(c, table.scene) for title, c in sections.items()}
+    for title in walls if table.scene.has_walls else ():
+        rows[f"Contact of {title}"] += _side_walls(table.scene.boundary)
+    return list(rows.items())
+
+
+def _side_walls(boundary):
+    """Row of the factor at the side walls, which may hold grains far less than top and bottom."""
+    factors = [factor for factor in (wall_strengths(boundary) or ())[:4] if factor is not None]
+    if not factors or factors[0] == 1.0:
+        return []
+    text = f"times {factors[0]:g} (boundary.side_walls)"
+    return [("rolling, sliding, twisting at side walls", text)]
 
 
 def _median_contacts(table):
@@ -213,7 +226,8 @@ def _sample(scene, preparation):
     if info.get("pieces") == info["network"]["fragments"]:  # which the contacts state already
         known_keys.remove("pieces")
     if np.isfinite(info.get("fractal_dimension", np.nan)):
-        text = f"{info['fractal_dimension']:.1f}, with an error below {LARGEST_ERROR:g}"
+        dimension = min(info["fractal_dimension"], 3.0)  # more within its error: homogeneous
+        text = f"{dimension:.1f}, with an error below {LARGEST_ERROR:g}"
         rows.append(("fractal dimension of the core", text))
     rows += [(named[key], f"{info[key]:.4g}") for key in known_keys]
     if info["kind"] == "collision":

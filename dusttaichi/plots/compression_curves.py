@@ -9,6 +9,7 @@ import numpy as np
 
 from dusttaichi.analysis import choose_compression_law, measure_compression_curve
 from dusttaichi.analysis import measure_isotropic_compression as isotropic_of
+from dusttaichi.analysis.isotropic import find_law_numbers
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import (
     EXPERIMENT_SCATTER,
@@ -125,8 +126,8 @@ def compression(
 def isotropic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) -> Figure:
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
-    Lines are (E_roll/r^3) phi^3 (T19 eq 9) for each material, and, dashed, the laws of extensions;
-    a single run shows the records themselves too.
+    Lines are (E_roll/r^3) phi^3 (T19 eq 9) for each material and modifier of rolling, and, dashed,
+    the laws of extensions; a single run shows the records themselves too.
 
     Raises
     ------
@@ -140,13 +141,7 @@ def isotropic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) ->
     raw = np.concatenate([t.raw_filling_factor for t in results])
     phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)
     shown = np.concatenate([t.pressure for t in results])
-    materials = {
-        (m.surface_energy, m.radius, m.critical_rolling): m.name
-        for m in (run.material for run in runs)
-        if m
-    }
-    for numbers, name in materials.items():
-        name = f" ({name})" if len(materials) > 1 else ""
+    for numbers, name in _name_laws(runs, labels).items():
         for number, (text, law) in enumerate(drawn.items()):
             look = style.line_look(style.BLACK, 1.1, style.DASHED if number else "-")
             axes.plot(phi, law(phi, *numbers), label=text + name, **look)
@@ -162,6 +157,20 @@ def isotropic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) ->
     axes.set(xlabel=r"filling factor $\phi$", ylabel="mean pressure (Pa)")
     style.draw_legend(axes)
     return figure
+
+
+def _name_laws(runs: Sequence[Run], labels: Sequence[str]) -> dict[tuple[float, float, float], str]:
+    """Endings of the labels of laws, by the numbers of a law: material or first run, if several."""
+    runs_by_numbers = {}
+    for run, label in zip(runs, labels, strict=True):
+        numbers, material = find_law_numbers(run), run.material
+        if numbers is not None and material is not None:
+            runs_by_numbers.setdefault(numbers, (material.name, label))
+    names = {numbers: name for numbers, (name, _) in runs_by_numbers.items()}
+    if len(set(names.values())) < len(names):  # which differ by their rolling alone, or are custom
+        names = {numbers: label for numbers, (_, label) in runs_by_numbers.items()}
+    several = len(names) > 1
+    return {numbers: f" ({name})" if several else "" for numbers, name in names.items()}
 
 
 def _limit_pressures(axes: Axes, pressure: Floats) -> None:

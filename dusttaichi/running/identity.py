@@ -95,6 +95,25 @@ def stage_stop(text: str, stage: int) -> Any:
     return data["stages"][stage]["stop"] if data.get("stages") else data["stop"]
 
 
+def check_same_beginning(saved_text: str, scene: Scene, path: str | Path) -> None:
+    """Raise DustError where a run without a checkpoint would replace the result of another scene.
+
+    saved_text: the resolved scene of the result at a path.
+    """
+    trees = []
+    for text in saved_text, scene.to_yaml():
+        tree = without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
+        stages = tree.get("stages") or ()
+        tree["stages"] = {str(n): without(stage, [("stop",)]) for n, stage in enumerate(stages)}
+        trees.append(tree)
+    if changed := sorted(differences(*trees)):
+        raise DustError(
+            f"--resume: {path} is of another scene, which differs in {', '.join(changed)}, and has "
+            "no checkpoint to continue from. Restore the scene, choose another output directory, "
+            "or overwrite the result with --force."
+        )
+
+
 def check_same(saved: Mapping[str, Any], scene: Scene, inputs: Sequence[str], stage: int) -> None:
     """Raise DustError for another scene than that of the checkpoint.
 

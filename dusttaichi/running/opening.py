@@ -15,7 +15,13 @@ from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.results.pieces import make_exists_error
 from dusttaichi.results.plain import from_plain
 from dusttaichi.running import checkpoint
-from dusttaichi.running.identity import Origin, check_extensions, check_same, stage_stop
+from dusttaichi.running.identity import (
+    Origin,
+    check_extensions,
+    check_same,
+    check_same_beginning,
+    stage_stop,
+)
 from dusttaichi.running.loop import Run
 from dusttaichi.running.persistence import RunFiles, check_outputs, write_scene
 from dusttaichi.running.state import RunState
@@ -90,11 +96,11 @@ class Opening:
     def resume(self) -> Run | None:
         """A Run at the checkpoint of an earlier one, or None without a checkpoint.
 
-        Raises DustError for a checkpoint of another scene or version.
+        Raises DustError for a checkpoint of another scene or version, or the result of another.
         """
         path, log = self.directory / CHECKPOINT, self.callbacks["log"]
         if not checkpoint.exists(path):
-            _refuse_finished(self.directory / RESULT)
+            self._check_replaced(self.directory / RESULT)
             log(f"no checkpoint found in {self.directory}: starting from the beginning")
             return None
         saved = checkpoint.load(path)
@@ -139,6 +145,25 @@ class Opening:
         run_files = RunFiles(self.directory, writer, every, self.origin, lock=self.lock)
         return Run(self.scene, sim, state, run_files, **self.callbacks)
 
+    def _check_replaced(self, path: Path) -> None:
+        """Raise DustError for a result without a checkpoint that is finished or of another scene.
+
+        One in use is refused as well.
+        """
+        try:
+            with open_result(path) as file:
+                status = str(getattr(file, "status", ""))
+                scene_text = str(getattr(file, "scene_resolved", ""))
+        except FileNotFoundError:
+            return
+        if status.startswith("finished"):
+            raise DustError(
+                f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
+                "choose another output directory."
+            )
+        if scene_text:
+            check_same_beginning(scene_text, self.scene, path)
+
     def _attributes(self, sim: Engine) -> dict[str, Any]:
         scene = self.scene
         common = {
@@ -148,17 +173,3 @@ class Opening:
             "extensions": "\n".join(scene.imported_texts) or None,
         }
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
-
-
-def _refuse_finished(path: str | Path) -> None:
-    """Raise DustError for a finished result without a checkpoint, and for one in use."""
-    try:
-        with open_result(path) as file:
-            status = str(getattr(file, "status", ""))
-    except FileNotFoundError:
-        return
-    if status.startswith("finished"):
-        raise DustError(
-            f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
-            "choose another output directory."
-        )

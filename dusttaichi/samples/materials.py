@@ -138,6 +138,7 @@ class Materials:
                 "µm; "
                 "allowed: above critical_rolling of its material "
                 f"({least[refused[0]] * 1e9:g} nm), up to 1 mm."
+                f"{' Are lengths in the unit you meant?' * (radii[refused[0]] > 1e-3)}"
             )
         values: NDArray[Any] = radii
         return values

@@ -19,12 +19,13 @@ from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
 from dusttaichi.samples.random_tree import grow_tree
-from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample import Sample, check_grains, extent
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Field, Number
 
 MOST_GRAINS = 1e7  # tens of minutes
+LOOSEST = 1.25  # filling factor of the box around the grains over the prescribed one
 
 
 class SpaceFillingSample(MixtureBlock):
@@ -79,6 +80,13 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
         )
     info = {"kind": "space_filling", "seed": int(spec.seed), "grains": len(x)}
     info |= dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))
+    spanned = _compute_volume(grains.radii).sum() / np.prod(extent(Sample.at_rest(x), grains.radii))
+    if spanned > LOOSEST * spec.filling_factor:
+        info["remarks"] = [
+            f"sample.filling_factor = {spec.filling_factor:g}: so few grains do not reach the ends "
+            f"of {cut.in_um(edges)}; in the box around them the filling factor is {spanned:.3g}. "
+            "Use more grains, or a boundary.size of that box"
+        ]
     return place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
 
 

@@ -28,7 +28,7 @@ from dusttaichi.scene.suggestions import (
 Error = Mapping[str, Any]  # an error of pydantic
 MOST_LINES, LONGEST = 30, 1000  # lines of a message, characters of one
 _FORM = {
-    "tuple_type": "a list is needed",
+    "tuple_type": "a list is needed, in [ ] or with a dash before each entry",
     "dict_type": "a block is needed, a name and a value for each",
     "string_type": "a text is needed",
     "path_type": "a path is needed",

@@ -9,6 +9,7 @@ from scenes import import_bundled
 from test_tensile import ICE, T19, stretch
 
 from dusttaichi import analysis, plots
+from dusttaichi.analysis.isotropic import find_law_numbers
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.scene.material import NAMED, Material
@@ -122,6 +123,19 @@ def test_isotropic(cell):
     )
     with pytest.raises(DustError, match="no mean pressure"):
         analysis.measure_isotropic_compression(analysis.Run("run", cell.series.drop_vars("stress")))
+
+
+def test_the_law_of_pressure_has_the_stiffness_of_rolling():
+    """E_roll is the work of the rolling springs of the run, and none where grains roll freely."""
+    scene = "material: ice_t19\ninteraction: {{rolling: {}}}\n"
+    runs = [
+        synthetic.make_run(scene=scene.format(word), filling_factor=np.ones(2))
+        for word in ("{modifier: 8.0}", "off")
+    ]
+    assert find_law_numbers(runs[0]) == (
+        ICE.surface_energy, ICE.radius, 8.0 * ICE.critical_rolling
+    )  # fmt: skip
+    assert find_law_numbers(runs[1]) is None
 
 
 def test_one_way_compression_is_not_from_all_sides(cell):

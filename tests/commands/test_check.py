@@ -33,6 +33,24 @@ def test_it_begins_with_sample_contacts_step_and_cost():
     assert "Compiled in" not in text and "critical_rolling" not in text
 
 
+def test_it_says_how_far_side_walls_hold_grains_and_what_is_reached_already():
+    row = r"rolling, sliding, twisting at side walls +times 0.001 \(boundary.side_walls\)"
+    assert len(re.findall(row, read_check("smoke"))) == 1  # of walls, not of two grains
+    text = read_check(
+        "smoke", "--set", "boundary.side_walls=1", "--set", "stop.filling_factor=0.01"
+    )
+    assert "at side walls" not in text
+    assert re.search(r"steps at most +0: filling factor 0.01 is reached at the start", text)
+
+
+def test_it_says_where_few_grains_do_not_fill_their_box():
+    settings = ("name=loose", "sample={kind: space_filling, grains: 100, filling_factor: 0.005}")
+    text = read_check("smoke", *(word for setting in settings for word in ("--set", setting)))
+    (said,) = re.findall(r"in the box around them the filling factor is ([\d.]+)\. Use", text)
+    assert float(said) > 0.0125  # of 0.005
+    assert re.search(rf"filling factor of the bounding box +{said}", text)
+
+
 def test_as_json_it_has_numbers(tmp_path):
     """The keys that docs/commands.md promises."""
     data = json.loads(read_check("smoke", "--json"))

@@ -106,6 +106,21 @@ def test_resume_with_nothing_there_begins_and_says_so(tmp_path):
         execute(scene, uninterrupted, resume=True)
 
 
+def test_resume_without_a_checkpoint_does_not_replace_the_result_of_another_scene(tmp_path):
+    directory = execute(from_yaml(PLAIN), tmp_path / "run")
+    for file in directory.glob(f"{CHECKPOINT}*"):
+        file.unlink()
+    with netCDF4.Dataset(directory / RESULT, "a") as file:
+        file.status = "stopped by a guard"
+        file.delncattr("digest")  # changed on purpose
+    before = (directory / RESULT).read_bytes()
+    other = from_yaml(PLAIN).with_value("output.series", {"steps": 50})
+    with pytest.raises(DustError, match=r"another scene.*output\.series.*no checkpoint.*--force"):
+        execute(other, directory, resume=True)
+    assert (directory / RESULT).read_bytes() == before
+    execute(from_yaml(PLAIN.replace("2000", "600")), directory, resume=True)  # stop may change
+
+
 @pytest.mark.parametrize("moment", ["before", "in"])
 def test_resume_of_a_run_that_was_killed_around_its_first_checkpoint(tmp_path, moment):
     scene = from_yaml(PLAIN)

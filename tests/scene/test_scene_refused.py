@@ -97,7 +97,10 @@ REFUSED = [
     ("sample: {kind: rbd, size: [9 um, 9 um, 9 um], aspect: 2}", ["sample.aspect", "grains"]),
     ("sample: {kind: explicit}", ["sample", "exactly one of positions and file"]),
     ("sample: {kind: explicit, positions: []}", ["sample.positions", "at least one grain"]),
-    ("sample: {kind: explicit, positions: 5}", ["sample.positions = 5", "a list is needed"]),
+    (
+        "sample: {kind: explicit, positions: 5}",
+        ["sample.positions = 5", "a list is needed, in [ ] or with a dash"],
+    ),
     ("sample: {kind: explicit, positions: [[0, 0, 0]]}", ["positions[0]", "it has no unit"]),
     (
         f"sample: {{kind: explicit, {POSITIONS}, velocities: [[1 m/s, 0 m/s, 0 m/s]]}}",
