@@ -84,7 +84,7 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     if spanned > LOOSEST * spec.filling_factor:
         info["remarks"] = [
             f"sample.filling_factor = {spec.filling_factor:g}: so few grains do not reach the ends "
-            f"of {cut.in_um(edges)}; in the box around them the filling factor is {spanned:.3g}. "
+            f"of {cut.in_um(edges)}; in the box around them the filling factor is {spanned:.4g}. "
             "Use more grains, or a boundary.size of that box"
         ]
     return place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
