@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dusttaichi.analysis.cycles import compute_cell_pressure
+from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.plots import style
 from dusttaichi.report.packing import (
     make_class_quantity,
@@ -143,16 +143,13 @@ def describe_snapshots(run: Run, frames: xr.Dataset) -> list[str]:
 
 
 def _get_pressure(series: xr.Dataset) -> NDArray[np.float64] | None:
-    """Pressure over the series [Pa], (times,): of the cell, or on the top wall.
+    """Pressure over the series [Pa], (times,): on the top wall, as in the table, else of the cell.
 
     None where neither is recorded or all are 0.
     """
-    if "stress" in series:
-        pressure = compute_cell_pressure(series)
-    elif "pressure" in series:
-        pressure = series.pressure.sel(wall="top").values
-    else:
+    if not {"pressure", "stress"} & set(series):
         return None
+    pressure = compute_pressure(series)
     return pressure if np.nanmax(np.abs(pressure), initial=0.0) > 0.0 else None
 
 

@@ -23,7 +23,7 @@ from dusttaichi import method, plots, report
 from dusttaichi.analysis import find_study, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
-from dusttaichi.report import page, viewer_contacts
+from dusttaichi.report import page, viewer_contacts, viewer_particles
 from dusttaichi.report.interactive import convert_label, make_interactive
 from dusttaichi.report.packing import pack_array, quantise
 from dusttaichi.report.selection import select_particles
@@ -85,6 +85,16 @@ def test_the_viewer_has_what_the_snapshots_have(data):
     # deeper than at rest: pushed apart, by less than the pull-off force of 56.5 nN
     force = unpack(view["pairs"]["force"])
     assert 5 < force.min() and force.max() < 56.5
+
+
+def test_the_pressure_of_a_snapshot_is_that_of_the_table():
+    """Between walls that on the top wall, also where the stress of the cell is recorded."""
+    stress = np.diag([-130e3, -130e3, -212e3]) * np.array([0.0, 1.0])[:, None, None]
+    frames = xr.Dataset({"snapshot_time": ("snapshot", [1e-6]), "step": ("snapshot", [1])})
+    walled = synthetic.make_run(pressure=np.array([0.0, 212e3]), stress=stress)
+    assert viewer_particles.describe_snapshots(walled, frames) == ["t = 1 µs, P = 212 kPa"]
+    cell = synthetic.make_run(stress=stress)
+    assert viewer_particles.describe_snapshots(cell, frames) == ["t = 1 µs, P = 157 kPa"]
 
 
 def test_force_chains_go_on_to_the_walls(tmp_path):
