@@ -84,8 +84,18 @@ def read_stored(file: str | Path, description: str, required: Sequence[str]) -> 
 def open_study(path: str | Path, kind: str) -> tuple[xr.Dataset, Path]:
     """(dataset, file) of a study of that kind, or of its directory, read into memory.
 
-    Bundled extensions of its scene are imported, as by `open_run`. Raises DustError where there is
-    none, or it cannot be read.
+    Bundled extensions of its scene are imported, as by `open_run`.
+
+    Parameters
+    ----------
+    path
+    kind : str
+        A key of KINDS.
+
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
     """
     file = _find_file(path, kind) or Path(path)
     data = read_stored(file, KINDS[kind].description, KINDS[kind].required)
