@@ -161,7 +161,7 @@ def isotropic(runs: Run | Sequence[Run], labels: Sequence[str] | None = None) ->
 
 def _name_laws(runs: Sequence[Run], labels: Sequence[str]) -> dict[tuple[float, float, float], str]:
     """Endings of the labels of laws, by the numbers of a law: material or first run, if several."""
-    runs_by_numbers = {}
+    runs_by_numbers: dict[tuple[float, float, float], tuple[str, str]] = {}
     for run, label in zip(runs, labels, strict=True):
         numbers, material = find_law_numbers(run), run.material
         if numbers is not None and material is not None:

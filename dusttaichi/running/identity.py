@@ -106,7 +106,7 @@ def check_same_beginning(saved_text: str, scene: Scene, path: str | Path) -> Non
         stages = tree.get("stages") or ()
         tree["stages"] = {str(n): without(stage, [("stop",)]) for n, stage in enumerate(stages)}
         trees.append(tree)
-    if changed := sorted(differences(*trees)):
+    if changed := sorted(differences(trees[0], trees[1])):
         raise DustError(
             f"--resume: {path} is of another scene, which differs in {', '.join(changed)}, and has "
             "no checkpoint to continue from. Restore the scene, choose another output directory, "
