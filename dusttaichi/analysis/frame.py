@@ -19,6 +19,7 @@ from dusttaichi.physics.contact.material_interface import reduced_modulus
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.physics.geometry import AXES, Floats
 from dusttaichi.results.datasets import take_record
+from dusttaichi.results.integrity import check_ends
 from dusttaichi.scene import quantities
 
 if TYPE_CHECKING:
@@ -257,7 +258,7 @@ def read_frame(run: Run, snapshot: int = -1, contacts: bool | Sequence[str] = Tr
     Raises
     ------
     DustError
-        There is no snapshot of that number.
+        There is no snapshot of that number, or its contacts name grains that it does not have.
     """
     number = resolve_snapshot(run, snapshot)
     data = take_record(read_snapshots(run).to_dataset(inherit=False), "snapshot", number)
@@ -265,6 +266,8 @@ def read_frame(run: Run, snapshot: int = -1, contacts: bool | Sequence[str] = Tr
     groups = [name for name in ("contacts", "wall_contacts") if name in present]
     names = None if isinstance(contacts, bool) else contacts
     read = {name: run.contacts(number, name, names) for name in groups} if contacts else {}
+    for group, rows in read.items():
+        check_ends(run.path, f"{group} of snapshot {number}", rows, data.sizes["grain"])
     periodic = run.attrs.get("periodic_axes", "").split()
     cell = data.box.values.reshape(3, 2) if "box" in data else np.full((3, 2), np.nan)
     return Frame(

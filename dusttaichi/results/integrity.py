@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -33,6 +33,9 @@ _reads_numbers = ContextVar("reads_numbers", default=True)
 # errors of HDF5 that are damage unless there is another cause: NC_EHDFERR, NC_ENOTBUILT
 _REPORTED = HDF5_ERROR, -128
 _SUPERBLOCK = 12  # bytes up to its version (at 8) and its flags of writing (at 11, from version 3)
+
+
+ENDS = ("grain", "grain_i", "grain_j")  # numbers of grains among the variables of contacts
 
 
 class DamagedFile(DustError):
@@ -208,6 +211,22 @@ def build_damage_error(path: str | Path) -> DamagedFile:
     if path.parent.suffix == ".parts":
         advice += "; without it and the parts after it the earlier records can be read"
     return DamagedFile(f"{path} is damaged: its content is not that which was written. {advice}.")
+
+
+def check_ends(path: str | Path, name: str, contacts: Mapping[Any, Any], count: int) -> None:
+    """Refuse contacts, variables by name, of other grains than 0 to `count` - 1. DamagedFile.
+
+    name: of the contacts, for the message.
+    """
+    for variable in ENDS:
+        ends = np.asarray(contacts[variable] if variable in contacts else [])
+        unknown = ends[(ends < 0) | (ends >= count)]
+        if len(unknown):
+            raise DamagedFile(
+                f"{path} is damaged, or of another program: {variable} of the {name} names grain "
+                f"{unknown[0]}; allowed: 0 to {count - 1}. Take it from a backup, or compute it "
+                "again (--force)."
+            )
 
 
 def _build_change_error(path: str | Path) -> DamagedFile:

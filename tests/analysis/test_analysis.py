@@ -6,7 +6,7 @@ import synthetic
 import xarray as xr
 from program import dust
 
-from dusttaichi import analysis
+from dusttaichi import analysis, report
 from dusttaichi.analysis.profile import average_inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL, S12_STATIC, CompressionLaw, dynamic_law
@@ -213,6 +213,14 @@ def test_contacts_of_a_snapshot(run):
     # the group has a variable `wall` of its own, beside the labels of that name at the root
     assert touching.wall.dims == ("wall_contact",) and touching.wall.values.tolist() == [5, 5]
     assert touching.foot.sel(xyz="z").dims == ("wall_contact",)
+
+
+def test_contacts_of_grains_that_do_not_exist_are_refused(run):
+    with pytest.raises(DustError, match="grain_i of the contacts of snapshot 1 names grain 1000;"):
+        analysis.read_frame(run)
+    with pytest.raises(DustError, match="allowed: 0 to 999"):
+        report.collect_report_data([run])
+    assert analysis.read_frame(run, contacts=False).contacts is None
 
 
 def test_what_is_no_result(tmp_path):
