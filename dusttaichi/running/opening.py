@@ -100,7 +100,7 @@ class Opening:
         """
         path, log = self.directory / CHECKPOINT, self.callbacks["log"]
         if not checkpoint.exists(path):
-            self._check_replaced(self.directory / RESULT)
+            _check_replaced(self.directory / RESULT, self.scene)
             log(f"no checkpoint found in {self.directory}: starting from the beginning")
             return None
         saved = checkpoint.load(path)
@@ -145,25 +145,6 @@ class Opening:
         run_files = RunFiles(self.directory, writer, every, self.origin, lock=self.lock)
         return Run(self.scene, sim, state, run_files, **self.callbacks)
 
-    def _check_replaced(self, path: Path) -> None:
-        """Raise DustError for a result without a checkpoint that is finished or of another scene.
-
-        One in use is refused as well.
-        """
-        try:
-            with open_result(path) as file:
-                status = str(getattr(file, "status", ""))
-                scene_text = str(getattr(file, "scene_resolved", ""))
-        except FileNotFoundError:
-            return
-        if status.startswith("finished"):
-            raise DustError(
-                f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
-                "choose another output directory."
-            )
-        if scene_text:
-            check_same_beginning(scene_text, self.scene, path)
-
     def _attributes(self, sim: Engine) -> dict[str, Any]:
         scene = self.scene
         common = {
@@ -173,3 +154,23 @@ class Opening:
             "extensions": "\n".join(scene.imported_texts) or None,
         }
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
+
+
+def _check_replaced(path: str | Path, scene: Scene) -> None:
+    """Raise DustError for a result without a checkpoint that is finished or of another scene.
+
+    One in use is refused as well.
+    """
+    try:
+        with open_result(path) as file:
+            status = str(getattr(file, "status", ""))
+            scene_text = str(getattr(file, "scene_resolved", ""))
+    except FileNotFoundError:
+        return
+    if status.startswith("finished"):
+        raise DustError(
+            f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
+            "choose another output directory."
+        )
+    if scene_text:
+        check_same_beginning(scene_text, scene, path)

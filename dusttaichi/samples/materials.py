@@ -133,12 +133,11 @@ class Materials:
         least = np.array([material.critical_rolling for material in self.all])[numbers]
         refused = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
         if len(refused):
+            radius, smallest = float(radii[refused[0]]), float(least[refused[0]])
+            hint = " Are lengths in the unit you meant?" if radius > 1e-3 else ""
             raise DustError(
-                f"{origin}: radius of grain {refused[0]} (from 0) is {radii[refused[0]] * 1e6:g} "
-                "µm; "
-                "allowed: above critical_rolling of its material "
-                f"({least[refused[0]] * 1e9:g} nm), up to 1 mm."
-                f"{' Are lengths in the unit you meant?' * (radii[refused[0]] > 1e-3)}"
+                f"{origin}: radius of grain {refused[0]} (from 0) is {radius * 1e6:g} µm; allowed: "
+                f"above critical_rolling of its material ({smallest * 1e9:g} nm), up to 1 mm.{hint}"
             )
         values: NDArray[Any] = radii
         return values

@@ -67,7 +67,7 @@ READERS = {
     "tree": lambda run: open_tree(run / "result.nc"),
     "stored": lambda run: read_stored(run / "result.nc", "a sweep", ()),
     "resume": lambda run: Writer.resume(run / "result.nc", {}),
-    "resume_without_checkpoint": lambda run: opening._refuse_finished(run / "result.nc"),
+    "resume_without_checkpoint": lambda run: opening._check_replaced(run / "result.nc", None),
     "sample": lambda run: read(run, Source("sample.file", [])),
     "point_of_a_sweep": lambda run: points.Point("p", None, run, {})._read_status(False),
 }

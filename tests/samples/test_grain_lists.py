@@ -164,6 +164,14 @@ REFUSED = [
     ("x,y,z,wx,wy,wz\n0,0,0,0,inf,0\n", "spin of grain 0 .* allowed: finite"),
     ("x,y,z\n", "no grains"),
     ("", "the file is empty"),
+    (
+        "x,y,z,r\n0,0,0,600\n3000,0,0,1200\n",
+        "radius of grain 1 .* up to 1 mm. Are lengths in the unit",
+    ),
+    (
+        "x,y,z,r\n0,0,0,.6\n3,0,0,.0001\n",
+        "radius of grain 1 .* is 0.0001 µm; allowed: above .* 1 mm.$",
+    ),
     ("x,y,z\n0,0,0\n9,9,9\n0,0,1\n", r"grains 0 and 2 .* are 1 µm apart, 0.833 diameters"),
     ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 µm apart"),
     # Python reads these as numbers, other programs do not
