@@ -57,12 +57,11 @@ def _contacts(table):
         walls = {"a grain and a wall": table.farthest_wall}
     else:
         pairs, walls = _median_contacts(table)
-    sections = {f"Contact of {name}": c for name, c in pairs.items()}
-    if table.scene.has_walls:
-        sections |= {f"Contact of {name}": c for name, c in walls.items()}
-    rows = {title: _contact(c, table.scene) for title, c in sections.items()}
-    for title in walls if table.scene.has_walls else ():
-        rows[f"Contact of {title}"] += _side_walls(table.scene.boundary)
+    scene = table.scene
+    rows = {f"Contact of {name}": _contact(c, scene) for name, c in pairs.items()}
+    if scene.has_walls:
+        at_sides = _side_walls(scene.boundary)
+        rows |= {f"Contact of {name}": _contact(c, scene) + at_sides for name, c in walls.items()}
     return list(rows.items())
 
 

@@ -100,13 +100,10 @@ def check_same_beginning(saved_text: str, scene: Scene, path: str | Path) -> Non
 
     saved_text: the resolved scene of the result at a path.
     """
-    trees = []
-    for text in saved_text, scene.to_yaml():
-        tree = without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
-        stages = tree.get("stages") or ()
-        tree["stages"] = {str(n): without(stage, [("stop",)]) for n, stage in enumerate(stages)}
-        trees.append(tree)
-    if changed := sorted(differences(trees[0], trees[1])):
+    trees = [_read_tree(text) for text in (saved_text, scene.to_yaml())]
+    for tree in trees:
+        tree["stages"] = {n: without(stage, [("stop",)]) for n, stage in tree["stages"].items()}
+    if changed := sorted(differences(*trees)):
         raise DustError(
             f"--resume: {path} is of another scene, which differs in {', '.join(changed)}, and has "
             "no checkpoint to continue from. Restore the scene, choose another output directory, "
@@ -120,18 +117,14 @@ def check_same(saved: Mapping[str, Any], scene: Scene, inputs: Sequence[str], st
     saved: the metadata of the checkpoint; inputs: hashes of the files of the scene; stage: number
     of the stage of the checkpoint, whose end may change, as may later stages.
     """
-    saved_data, scene_data = (
-        without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
-        for text in (saved["scene"], scene.to_yaml())
-    )
-    for tree in (saved_data, scene_data):
-        begun_stages = tree.get("stages", [])[: stage + 1]
-        tree["stages"] = {str(n): s for n, s in enumerate(begun_stages)}
+    trees = [_read_tree(text) for text in (saved["scene"], scene.to_yaml())]
+    for tree in trees:
+        tree["stages"] = {n: begun for n, begun in tree["stages"].items() if int(n) <= stage}
         tree["stages"].get(str(stage), {}).pop("stop", None)
-    changed = sorted(differences(saved_data, scene_data))
-    saved_data = saved["inputs"]
-    if len(saved_data) != len(inputs) or any(
-        b and a != b for a, b in zip(saved_data, inputs, strict=True)
+    changed = sorted(differences(*trees))
+    saved_inputs = saved["inputs"]
+    if len(saved_inputs) != len(inputs) or any(
+        b and a != b for a, b in zip(saved_inputs, inputs, strict=True)
     ):
         changed.append("the contents of its files")
     if changed:
@@ -140,6 +133,13 @@ def check_same(saved: Mapping[str, Any], scene: Scene, inputs: Sequence[str], st
             f"{', '.join(changed)}. Restore it, or start again with --force. (stop, "
             "numerics.threads, output.checkpoint and later stages may change.)"
         )
+
+
+def _read_tree(text: str) -> Any:
+    """Blocks of a resolved scene, without what may always change, and with stages by number."""
+    tree = without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
+    tree["stages"] = {str(n): stage for n, stage in enumerate(tree.get("stages") or ())}
+    return tree
 
 
 def differences(former: Any, current: Any, path: str = "") -> Iterator[str]:

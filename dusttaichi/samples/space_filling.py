@@ -80,14 +80,15 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
         )
     info = {"kind": "space_filling", "seed": int(spec.seed), "grains": len(x)}
     info |= dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))
-    spanned = _compute_volume(grains.radii).sum() / np.prod(extent(Sample.at_rest(x), grains.radii))
-    if spanned > LOOSEST * spec.filling_factor:
-        info["remarks"] = [
-            f"sample.filling_factor = {spec.filling_factor:g}: so few grains do not reach the ends "
-            f"of {cut.in_um(edges)}; in the box around them the filling factor is {spanned:.4g}. "
-            "Use more grains, or a boundary.size of that box"
-        ]
-    return place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
+    sample = place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
+    spanned = _compute_volume(grains.radii).sum() / np.prod(extent(sample, grains.radii))
+    if spanned <= LOOSEST * spec.filling_factor:
+        return sample
+    return sample.with_remarks(
+        f"sample.filling_factor = {spec.filling_factor:g}: so few grains do not reach the ends "
+        f"of {cut.in_um(edges)}; in the box around them the filling factor is {spanned:.4g}. "
+        "Use more grains, or a boundary.size of that box"
+    )
 
 
 def _compute_volume(radius: float | NDArray[np.float64]) -> NDArray[np.float64]:
