@@ -13,7 +13,7 @@ from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
 from dusttaichi.grains.kernels.contact_numbers import PAIR, RIGID_SPHERE
 from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, SurfaceGatherer, WallGatherer, Walls
-from dusttaichi.grains.kernels.grain_pass import make_flux, make_grain_pass
+from dusttaichi.grains.kernels.grain_pass import GrainPass, KineticFlux
 from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere_motion import SphereMotion
 from dusttaichi.grains.kernels.store import GRAINS
@@ -54,8 +54,8 @@ class Phases:
     def __init__(self, fields, layout, walls, Pass=ContactPass):
         self.fields, self.counts, self.sync = fields, fields["counts"], fields["sync"]
         self.tile, self.stress = layout.tile, layout.stress
-        self.move, self.pair_i = make_grain_pass(fields, layout), fields["pair_i"]
-        self.flux = make_flux(fields, layout) if layout.stress else None
+        self.grains, self.pair_i = GrainPass(fields, layout), fields["pair_i"]
+        self.flux = KineticFlux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
         common = Mechanics(layout.model, layout.law), make_numbers(fields, layout)
@@ -82,10 +82,10 @@ class Phases:
         """
         is_due = 0
         if ti.static(self.stress):
-            is_due = self.flux.add(section, self.move, step, numbers)
+            is_due = self.flux.move_chunk(section, self.grains, step, numbers)
         else:
             n = numbers
-            is_due, _, _ = self.move(section, n.kick, n.turn, n.dt, n.reach2, step - 1)
+            is_due, _, _ = self.grains.move(section, n.kick, n.turn, n.dt, n.reach2, step - 1)
         return is_due
 
     @ti.func

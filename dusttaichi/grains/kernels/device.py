@@ -103,7 +103,7 @@ class Threads:
             flux = ti.Vector.zero(ti.f64, 6)
             if grain < self.counts[GRAINS]:
                 n = numbers
-                is_due, position, velocity = self.phases.move(
+                is_due, position, velocity = self.phases.grains.move(
                     grain, n.kick, n.turn, n.dt, n.reach2, step
                 )
                 if ti.static(self.stress):
@@ -209,7 +209,7 @@ def make_prepare(arguments, threads):
                     for n in ti.static(range(3 + layout.tilted)):
                         frames[row, m, n] = frame[m, n]
             if ti.static(layout.stress):
-                cell_rates = phases.flux.rates(step, dt)
+                cell_rates = phases.flux.rates.at_step(step, dt)
                 for n in ti.static(range(4)):
                     rates[row, n] = cell_rates[n]
 

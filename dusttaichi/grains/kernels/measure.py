@@ -8,7 +8,7 @@ from dusttaichi.compute.device_blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, count_blocks
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grain_pass import make_gather, make_push
+from dusttaichi.grains.kernels.grain_pass import GrainLoads
 from dusttaichi.grains.kernels.outside_kick import (
     ACCELERATION,
     ENERGIES,
@@ -161,7 +161,7 @@ def make_measure(fields, sums, layout, phases):
 def make_measure_grains(fields, sums, layout):
     """Kernel of the sums over grains."""
     v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
-    total, add_push = make_gather(fields, layout), make_push(fields, layout)
+    loads = GrainLoads(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
     forces = OutsideKick(fields, layout)
 
@@ -184,8 +184,8 @@ def make_measure_grains(fields, sums, layout):
             kicked, turned = zero, zero
             for grain in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 unit_mass, unit_inertia = own(masses, grain), own(inertias, grain)
-                force, torque = total(grain)
-                force, torque = add_push(grain, force, torque)
+                force, torque = loads.total(grain)
+                force, torque = loads.add_push(grain, force, torque)
                 kick, turn = half_kick * (force / unit_mass), half_turn * (torque / unit_inertia)
                 if ti.static(bool(layout.forces)):
                     at, weight = forces.of_grain(grain, step), forces.weight_of(grain)
@@ -217,7 +217,7 @@ def make_evaluate_forces(fields, sums, layout):
     contacts.
     """
     out, forces = sums["force_now"], OutsideKick(fields, layout)
-    total, add_push = make_gather(fields, layout), make_push(fields, layout)
+    loads = GrainLoads(fields, layout)
     counts, model, laws = fields["counts"], layout.forces, forces.laws
     v, w = fields["v"], fields["w"]
     vector = ti.types.vector(3, ti.f64)
@@ -241,8 +241,8 @@ def make_evaluate_forces(fields, sums, layout):
     def evaluate_forces(step: ti.i64, half: ti.f64, present: ti.i32, kick: vector, turn: vector):
         for grain in range(counts[GRAINS]):
             at = forces.of_grain(grain, step)
-            force, torque = total(grain)
-            force, torque = add_push(grain, force, torque)
+            force, torque = loads.total(grain)
+            force, torque = loads.add_push(grain, force, torque)
             half_step = ti.select(present == 1, 0.0, half)
             linear = ti.cast(half_step / at.mass * force, ti.f64)
             angular = ti.cast(half_step / at.inertia * torque, ti.f64)

@@ -7,7 +7,7 @@ they have alone; only the cells of the search are apart.
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import count_blocks
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grain_pass import make_gather
+from dusttaichi.grains.kernels.grain_pass import GrainLoads
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
     FASTEST,
@@ -57,12 +57,12 @@ class BodySums(RowSums):
         super().__init__(table)
         self.x, self.v, self.w, self.body = (fields[name] for name in ("x", "v", "w", "body"))
         self.masses, self.inertias = fields.get("mass"), fields.get("inertia")
-        self.polydisperse, self.total = layout.polydisperse, make_gather(fields, layout)
+        self.polydisperse, self.loads = layout.polydisperse, GrainLoads(fields, layout)
 
     @ti.func
     def add_grain(self, member, grain, mass, inertia, half_kick, half_turn):
         row, grain_mass, grain_inertia = 2 * member + (self.body[grain] & 1), mass, inertia
-        force, torque = self.total(grain)
+        force, torque = self.loads.total(grain)
         kick, turn = half_kick * force, half_turn * torque
         if ti.static(self.polydisperse):
             grain_mass, grain_inertia = mass * self.masses[grain], inertia * self.inertias[grain]
