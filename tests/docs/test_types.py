@@ -59,10 +59,12 @@ def checked(tmp_path_factory, pytestconfig):
     Libraries without types (yaml, scipy, netCDF4, taichi) may be called and derived from.
     """
     api = pytest.importorskip("mypy.api")
-    path = tmp_path_factory.mktemp("types") / "script.py"
+    folder = tmp_path_factory.mktemp("types")
+    path = folder / "script.py"
     path.write_text(SCRIPT)
-    # the cache has what is known of unchanged files: two seconds in place of half a minute
-    cache = pytestconfig.cache.mkdir("mypy")
+    # pytest's cache, if there is one, knows of unchanged files: seconds, not half a minute
+    stored = getattr(pytestconfig, "cache", None)
+    cache = folder / "mypy" if stored is None else stored.mkdir("mypy")
     options = ["--strict", "--follow-imports=silent", "--no-error-summary", "--cache-dir", cache]
     options += ["--disable-error-code=import-untyped", "--allow-subclassing-any"]
     options += [f"--untyped-calls-exclude={module}" for module in UNTYPED]
