@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from dusttaichi.analysis.fragments import compute_growth_efficiency, find_fragments
 from dusttaichi.analysis.frame import read_grain_masses
-from dusttaichi.analysis.restitution import UNTOUCHED, are_stuck_together, compute_relative_motion
+from dusttaichi.analysis.restitution import UNTOUCHED, compute_relative_motion
+from dusttaichi.physics.geometry import are_in_same_fragment
 
 if TYPE_CHECKING:
     from dusttaichi.analysis.fragments import Bodies, Body, FragmentMasses, Fragments
@@ -65,7 +66,7 @@ def classify_outcome(fragments: FragmentMasses, masses: NDArray[np.float64], bod
         return "sticking"
     target = max(masses[body].sum() for body in bodies)
     grown = compute_growth_efficiency(fragments, masses, bodies) > 0.0
-    if are_stuck_together(fragments, bodies):
+    if are_in_same_fragment(fragments.label, masses, bodies):
         return "growth" if grown else _name_erosion(fragments, target)
     if all(_is_intact(fragments, masses, body) for body in bodies):
         return "bouncing"
@@ -76,7 +77,7 @@ def explain_missing_contact(
     run: Run, fragments: Fragments, bodies: Bodies, masses: NDArray[np.float64]
 ) -> str:
     """NOT_MET or PASSED for bodies that have not touched until the last snapshot, else ""."""
-    if len(fragments) != 2 or are_stuck_together(fragments, bodies):
+    if len(fragments) != 2 or are_in_same_fragment(fragments.label, masses, bodies):
         return ""
     start, end = (
         compute_relative_motion(run, 0, bodies, masses),

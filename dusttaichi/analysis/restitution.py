@@ -14,7 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, are_in_same_fragment
 
 if TYPE_CHECKING:
-    from dusttaichi.analysis.fragments import Bodies, Body, FragmentMasses
+    from dusttaichi.analysis.fragments import Bodies, Body
     from dusttaichi.analysis.frame import Frame
     from dusttaichi.analysis.run import Run
 
@@ -81,7 +81,8 @@ def measure_restitution(
         _compute_velocity(frame, first_body, masses) - _compute_velocity(frame, second_body, masses)
         for frame in (start, end)
     )
-    sticks = are_stuck_together(find_fragments(run, last), (first_body, second_body))
+    label = find_fragments(run, last).label
+    sticks = are_in_same_fragment(label, masses, (first_body, second_body))
     result = _check_approach(
         run, -float(first_velocity @ normal), float(last_velocity @ normal), sticks, normal
     )
@@ -89,13 +90,6 @@ def measure_restitution(
     if not sticks and change <= UNTOUCHED * np.linalg.norm(first_velocity):
         raise DustError(f"{run.path}: the bodies have not touched, so there is no restitution.")
     return result
-
-
-def are_stuck_together(fragments: FragmentMasses, bodies: Bodies) -> bool:
-    """True where one of the fragments has more than half of the mass of both bodies (grains)."""
-    return are_in_same_fragment(
-        fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies
-    )
 
 
 def compute_relative_motion(

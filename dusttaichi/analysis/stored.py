@@ -15,29 +15,29 @@ from dusttaichi.results.integrity import open_netcdf
 from dusttaichi.scene import extensions
 
 
-class Kind(NamedTuple):
-    """Kind of stored dataset: its files, its name in messages, and what it must have."""
+class StoredStudy(NamedTuple):
+    """Type of stored study: names of its file, its name in messages, and what it must have."""
 
     files: tuple[str, ...]
     description: str
     required: tuple[str, ...]  # variables and attributes
 
 
-KINDS = {
-    "trade": Kind(("trade.nc",), "a trade", ("cost_ratio", "error")),
-    "ensemble": Kind(
+STORED_STUDIES = {
+    "trade": StoredStudy(("trade.nc",), "a trade", ("cost_ratio", "error")),
+    "ensemble": StoredStudy(
         ("sweep.nc", "ensemble.nc"),
         "an ensemble or a sweep",
         ("summary_numbers", "coordinate", "replica"),
     ),
-    "collisions": Kind(
+    "collisions": StoredStudy(
         ("collisions.nc",), "a study of collisions", ("outcome", "growth_efficiency")
     ),
-    "restitution_map": Kind(
+    "restitution_map": StoredStudy(
         ("restitution.nc",), "a map of restitution", ("restitution", "bound", "speed")
     ),
 }
-"""Kind of a dataset, which `open_KIND` opens -> its Kind."""
+"""Type of a study, which `open_TYPE` opens -> its StoredStudy."""
 STUDIES = {
     "sweep.nc": "a sweep",
     "ensemble.nc": "an ensemble",
@@ -53,13 +53,13 @@ BELOW = ("*/", "*/*/")  # where the runs of a study are: points, and their repli
 
 
 def find_study(path: str | Path) -> str | None:
-    """Kind (a key of KINDS) of the study whose file, or directory without a result, a path is."""
-    return next((kind for kind in KINDS if _find_file(path, kind)), None)
+    """Type of the study (a key of STORED_STUDIES) in a file, or a directory without a result."""
+    return next((name for name in STORED_STUDIES if _find_file(path, name)), None)
 
 
-def _find_file(path: str | Path, kind: str) -> Path | None:
-    """The file of a kind at a path, or in its directory if that has no result; or None."""
-    path, names = Path(path), KINDS[kind].files
+def _find_file(path: str | Path, study_type: str) -> Path | None:
+    """The file of a study at a path, or in its directory if that has no result; or None."""
+    path, names = Path(path), STORED_STUDIES[study_type].files
     if path.name in names:
         return path
     files = [path / name for name in names if (path / name).exists()]
@@ -81,24 +81,28 @@ def read_stored(file: str | Path, description: str, required: Sequence[str]) -> 
     return data
 
 
-def open_study(path: str | Path, kind: str) -> tuple[xr.Dataset, Path]:
-    """(dataset, file) of a study of that kind, or of its directory, read into memory.
+def open_study(path: str | Path, study_type: str) -> tuple[xr.Dataset, Path]:
+    """(dataset, file) of a study of that type, or of its directory, read into memory.
 
     Bundled extensions of its scene are imported, as by `open_run`.
 
     Parameters
     ----------
     path
-    kind : str
-        A key of KINDS.
+    study_type : str
+        "trade", "ensemble", "collisions" or "restitution_map", as of `find_study`.
 
     Raises
     ------
     DustError
-        There is none, or it cannot be read.
+        There is none, or it cannot be read, or the type is another.
     """
-    file = _find_file(path, kind) or Path(path)
-    data = read_stored(file, KINDS[kind].description, KINDS[kind].required)
+    if study_type not in STORED_STUDIES:
+        allowed = ", ".join(STORED_STUDIES)
+        raise DustError(f"study_type = {study_type!r}: there is none; allowed: {allowed}.")
+    file = _find_file(path, study_type) or Path(path)
+    study = STORED_STUDIES[study_type]
+    data = read_stored(file, study.description, study.required)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
 
@@ -130,15 +134,15 @@ def explain_missing_result(path: str | Path) -> DustError:
         return DustError(f"There is no result at {folder}.")
     text = f"There is no result at {folder / RESULT}."
     study = next((name for name in STUDIES if (folder / name).exists()), None)
-    kind = next((kind for kind in KINDS if study in KINDS[kind].files), None)
+    study_type = next((key for key, type_ in STORED_STUDIES.items() if study in type_.files), None)
     if study is not None:
-        instructions = _explain_opening(folder, study, kind)
+        instructions = _explain_opening(folder, study, study_type)
         text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {instructions}"
     runs = [str(run.parent) for depth in BELOW for run in sorted(folder.glob(depth + RESULT))]
     if runs:
         listed = ", ".join(runs[:LISTED]) + (", ..." if len(runs) > LISTED else "")
         text += f" Runs in it ({len(runs)}): {listed}."
-    elif kind in ("collisions", "restitution_map"):
+    elif study_type in ("collisions", "restitution_map"):
         text += " Its collisions are not stored as runs; `dust run` stores one."
     elif list(folder.glob("collisions*.jsonl")):
         text += (
@@ -147,14 +151,14 @@ def explain_missing_result(path: str | Path) -> DustError:
     return DustError(text)
 
 
-def _explain_opening(folder: Path, study: str, kind: str | None) -> str:
+def _explain_opening(folder: Path, study: str, study_type: str | None) -> str:
     """Sentence with the commands, and the function of Python, for the file of a study."""
     commands = []
-    if kind is not None:
+    if study_type is not None:
         commands.append(f"`dust plot {folder}` draws it")
-    if kind in ("ensemble", "collisions"):
+    if study_type in ("ensemble", "collisions"):
         commands.append(f"`dust report {folder}` shows it")
-    name, path = f"dusttaichi.analysis.open_{kind}", folder
-    if kind is None:
+    name, path = f"dusttaichi.analysis.open_{study_type}", folder
+    if study_type is None:
         name, path = "xarray.open_dataset", folder / study
     return ", ".join([*commands, f'in Python {name}("{path}")']) + "."

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.continuum.dust_measure import compute_intact_fraction
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.continuum.particle_sums import components
+from dusttaichi.continuum.kernels.tensor_rows import read_deviators
 from dusttaichi.continuum.physics.damage import carried_pressure
 from dusttaichi.physics.geometry import WALLS
 
@@ -96,7 +96,7 @@ class DustRecorder:
         put("pressure", carried_pressure(state.of_particles("pressure"), undamaged_fraction))
         deviators = state.of_particles("deviator")
         deviators *= undamaged_fraction[:, None]
-        put("deviator", components(deviators, state.dimension))
+        put("deviator", read_deviators(deviators, state.dimension))
         del deviators
         if state.layout.damage:
             put("damage", 1.0 - undamaged_fraction)

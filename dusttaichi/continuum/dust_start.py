@@ -6,13 +6,11 @@ from dusttaichi.continuum import dust_time_step
 from dusttaichi.continuum.dust_placement import faces_of
 from dusttaichi.continuum.kernels.separation import CLOSED
 from dusttaichi.continuum.kernels.store import COLUMN, DT, FACES, LEFT, WANT
+from dusttaichi.continuum.kernels.tensor_rows import write_rows
 from dusttaichi.continuum.physics.elasticity import bulk_modulus
 from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.errors import DustError
 from dusttaichi.results.roles import DUST, ELASTIC, RIGID
-
-# rows of the tensors of the kernels, one after another, of xx yy zz xy xz yz
-TENSOR_ROWS = {2: (0, 4, 4, 2), 3: (0, 3, 4, 3, 1, 5, 4, 5, 2)}
 
 
 def start(scene, sample, motion, search, stepper, *, environment, scratch):
@@ -70,7 +68,7 @@ def put_particles(sample, state, rows):
     group[role == DUST] = -1
     elastic = role == ELASTIC
     moves = elastic | (role == DUST)
-    deviator = sample.deviator[:, list(TENSOR_ROWS[state.dimension])]
+    deviator = write_rows(sample.deviator, state.dimension)
     deviator[rigid] = 0.0
     state["deviator"] = deviator
     del deviator  # large samples: one array at a time

@@ -9,24 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from dusttaichi.continuum.dust_measure import compute_intact_fraction, elastic_of_particles, largest
+from dusttaichi.continuum.kernels.tensor_rows import read_deviators
 from dusttaichi.continuum.physics.damage import carried_pressure
 from dusttaichi.results.roles import DUST, ELASTIC
 
-IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
-
-
-def components(S, dimension):
-    """Deviators (n, 6), xx yy zz xy xz yz, of those in memory (n, dimension^2)."""
-    if dimension == 3:
-        return S[:, IN_SPACE]
-    out = np.zeros((len(S), 6))
-    out[:, 0], out[:, 2], out[:, 4] = S[:, 0], S[:, 3], S[:, 1]
-    out[:, 1] = -(S[:, 0] + S[:, 3])
-    return out
-
 
 def describe_means(pressure, deviator, filling_factor, damage):
-    """Variables of a record that are means over the dust; deviator: (6,), see `components`."""
+    """Variables of a record that are means over the dust; deviator: (6,), see `read_deviators`."""
     pressure = float(pressure)
     return {
         "pressure_mean": pressure,
@@ -137,7 +126,7 @@ class ParticleSums:
         pressures = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
         volume = mass / density
         volume_fraction = volume / volume.sum() if len(volume) else volume
-        deviator = volume_fraction @ components(
+        deviator = volume_fraction @ read_deviators(
             undamaged_fraction[:, None] * state.of_particles("deviator")[dust], state.dimension
         )
         solid, total = state.material_of(dust).rho_s, mass.sum() if len(mass) else 1.0

@@ -119,28 +119,30 @@ def test_a_study_has_a_report():
 def test_a_folder_without_a_result_says_what_is_in_it(tmp_path):
     """A study, how to open it, and its runs."""
 
-    def said():
+    def explain():
         with pytest.raises(DustError) as error:
             analysis.open_run(tmp_path)
         return str(error.value)
 
-    assert said() == f"There is no result at {tmp_path / 'result.nc'}."
+    assert explain() == f"There is no result at {tmp_path / 'result.nc'}."
     for name in ("replica_0", "point_1/replica_0"):  # of an interrupted sweep
         (tmp_path / name).mkdir(parents=True)
         (tmp_path / name / "result.nc").touch()
     runs = f" Runs in it (2): {tmp_path / 'replica_0'}, {tmp_path / 'point_1/replica_0'}."
-    assert said().endswith(f"result.nc.{runs}")
-    ways = {
+    assert explain().endswith(f"result.nc.{runs}")
+    openings = {
         "study.nc": f'xarray.open_dataset("{tmp_path / "study.nc"}")',
         "trade.nc": f'analysis.open_trade("{tmp_path}")',
         "sweep.nc": f"`dust report {tmp_path}` shows it",
     }
-    for name, how in ways.items():
+    for name, opening in openings.items():
         (tmp_path / name).touch()
-        assert said().startswith(f"{tmp_path} is the folder of a {name[:-3]}, not of a run: ")
-        assert how in said() and said().endswith(runs)
+        assert explain().startswith(f"{tmp_path} is the folder of a {name[:-3]}, not of a run: ")
+        assert opening in explain() and explain().endswith(runs)
     with pytest.raises(DustError, match="There is no result at .*nowhere.$"):
         analysis.open_run(tmp_path / "nowhere")
+    with pytest.raises(DustError, match="'sweep': there is none; allowed: trade, ensemble,"):
+        analysis.open_study(tmp_path, "sweep")
 
 
 # -- failed collisions ---------------------------------------------------------------------------

@@ -5,13 +5,15 @@ import pytest
 from snapshots import open_snapshots
 
 from dusttaichi import analysis, plots
+from dusttaichi.analysis.fragments import weigh_fragments
+from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.errors import DustError
 
 R = 0.6e-6
 NAN = float("nan")
 
 
-def collision(tmp_path, final_velocities, pairs_after, offset=0.0):
+def collision(tmp_path, final_velocities, pairs_after, offset=0.0, **options):
     """Two dimers that meet along x at 3 + 1 m/s, and part with `final_velocities`."""
     half = np.array([[0.0, -R, 0.0], [0.0, R, 0.0]])
     v = np.repeat([[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]], 2, axis=0)
@@ -26,7 +28,7 @@ def collision(tmp_path, final_velocities, pairs_after, offset=0.0):
                 "pairs": pairs_after if n > 0 else [[0, 1], [2, 3]],
             }
         )
-    return open_snapshots(tmp_path, frames)
+    return open_snapshots(tmp_path, frames, **options)
 
 
 @pytest.mark.parametrize(
@@ -66,6 +68,25 @@ def test_sticking(tmp_path):
             and analysis.measure_restitution(run).coefficient == 0.0
         )
         assert analysis.measure_restitution(run, bodies=([0, 1], [2, 3])).sticks
+
+
+def test_fragments_hold_the_masses_of_their_grains():
+    """Dust of the second body on the heavy grain of the first: its heavy grain has bounced."""
+    masses = np.array([100.0, 1.0, 1.0, 1.0, 10.0, 1.0])
+    bodies, label = ([0, 5], [1, 2, 3, 4]), np.array([0, 0, 0, 0, 1, 0])
+    fragments = weigh_fragments(label, masses)
+    assert classify_outcome(fragments, masses, bodies) == "mass transfer"
+    equal_masses = np.ones(6)
+    fragments = weigh_fragments(label, equal_masses)
+    assert classify_outcome(fragments, equal_masses, bodies) == "growth"
+
+
+def test_unequal_bodies_stick_by_the_masses_of_their_grains(tmp_path):
+    final_velocities = [[-1.0, 0.5, 0.0], [1.0, 0.5, 0.0]]
+    radius = R * np.array([1.0, 0.2, 0.2, 0.6])
+    with collision(tmp_path, final_velocities, [[0, 2]], radius=radius) as run:
+        result = analysis.measure_restitution(run, bodies=([0, 1], [2, 3]))
+        assert not result.sticks and result.coefficient == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("wall, axis, sign", [("bottom", 2, 1.0), ("x_max", 0, -1.0)])

@@ -46,9 +46,11 @@ def test_it_says_how_far_side_walls_hold_grains_and_what_is_reached_already():
 def test_it_says_where_few_grains_do_not_fill_their_box():
     settings = ("name=loose", "sample={kind: space_filling, grains: 100, filling_factor: 0.005}")
     text = read_check("smoke", *(word for setting in settings for word in ("--set", setting)))
-    (said,) = re.findall(r"in the box around them the filling factor is ([\d.]+)\. Use", text)
-    assert float(said) > 0.0125  # of 0.005
-    assert re.search(rf"filling factor of the bounding box +{said}", text)
+    (filling_factor,) = re.findall(
+        r"in the box around them the filling factor is ([\d.]+)\. Use", text
+    )
+    assert float(filling_factor) > 0.0125  # of 0.005
+    assert re.search(rf"filling factor of the bounding box +{filling_factor}", text)
 
 
 def test_as_json_it_has_numbers(tmp_path):
@@ -84,15 +86,15 @@ def test_of_a_study_of_collisions_it_has_the_size_the_cost_and_the_limit_of_the_
     assert re.search(r"side by side +at most 50 in a process", study)  # 2000 grains
     assert "speeds from 100 m/s on (1 of 3) exceed the range of the contact model" in study
     assert re.search(r"run time at most +.* (min|s) to .* (min|s|h), ", study)
-    found = json.loads(read_check(*COLLIDING, "--json"))["study"]
-    assert (found["command"], found["runs"]) == ("dust collide", 150)
-    assert 0.0 < found["run_time_s"]["least"] < found["run_time_s"]["most"]
+    study_values = json.loads(read_check(*COLLIDING, "--json"))["study"]
+    assert (study_values["command"], study_values["runs"]) == ("dust collide", 150)
+    assert 0.0 < study_values["run_time_s"]["least"] < study_values["run_time_s"]["most"]
     # at a fixed step of 0.02 ns, 5 us and a flight of a radius before it
     fixed = [*COLLIDING, "--set", "numerics.time_step=0.02 ns", "--set", "collisions.refine=3"]
     flights = sum(round(0.1e-6 / v / 0.02e-9 + 5e-6 / 0.02e-9) for v in (10.0, 40.0, 100.0))
-    found = json.loads(read_check(*fixed, "--json"))["study"]
-    assert found["runs"] == 300  # three speeds more
-    assert found["most_steps"] == pytest.approx(2 * flights * 2 * 25, rel=1e-4)
+    study_values = json.loads(read_check(*fixed, "--json"))["study"]
+    assert study_values["runs"] == 300  # three speeds more
+    assert study_values["most_steps"] == pytest.approx(2 * flights * 2 * 25, rel=1e-4)
     assert "study" not in json.loads(read_check("smoke", "--json"))
 
 
@@ -216,8 +218,8 @@ def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
     ]
     assert np.abs(total).max() < 1e-6 * force  # walls are where grains rest
     with simulate(scene) as simulation:
-        found, torque = simulation.forces()  # the same in Python, undigested
-    np.testing.assert_allclose(found, [[-force, 0, 0], [force, 0, 0]], atol=1e-6 * force)
+        forces, torque = simulation.forces()  # the same in Python, undigested
+    np.testing.assert_allclose(forces, [[-force, 0, 0], [force, 0, 0]], atol=1e-6 * force)
     assert torque.shape == (2, 3) and not torque.any()
 
 
@@ -229,8 +231,9 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
     assert least < seconds < longest
     # on a GPU the launches of a step take a time that hardly depends on the number of grains
     device = scene.with_value("numerics.backend", "cuda")
-    few, many = (step_times.estimate_step_time(device, size)[1] for size in (60, 100_000))
-    assert seconds < few < many < 2 * few < 0.1 * step_times.estimate_step_time(scene, 100_000)[1]
+    small, large = (step_times.estimate_step_time(device, size)[1] for size in (60, 100_000))
+    on_cores = step_times.estimate_step_time(scene, 100_000)[1]
+    assert seconds < small < large < 2 * small < 0.1 * on_cores
     run_time = json.loads(read_check("smoke", "--json"))["run_time_s"]
     assert run_time == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * longest}
     monkeypatch.setattr(step_times, "measure_step_time", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
@@ -245,10 +248,10 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
 )
 def test_the_order_of_magnitude_counts_the_time_steps_of_a_continuum(name, seconds):
     """Within the stated factor of measured steps, each of which has several of the method."""
-    found = json.loads(read_check(name, "--json"))
-    steps = found["stages"][0]["most_steps"]
-    least, most = (found["run_time_s"][word] / steps for word in ("least", "most"))
-    assert least < seconds < most
+    values = json.loads(read_check(name, "--json"))
+    steps = values["stages"][0]["most_steps"]
+    shortest, longest = (values["run_time_s"][word] / steps for word in ("least", "most"))
+    assert shortest < seconds < longest
 
 
 def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
@@ -262,9 +265,9 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
             self.step += steps
 
     clock, scene = [0.0], load("smoke")
-    kind = method.find_method(scene)
+    grains = method.find_method(scene)
     monkeypatch.setattr(step_times.real_time, "perf_counter", lambda: clock[0])
-    fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
+    fake = dataclasses.replace(grains, build=lambda *_: Sim(), make_sample=lambda scene: None)
     monkeypatch.setattr(step_times.method, "find_method", lambda scene: fake)
     least, seconds, longest = step_times.measure_step_time(scene, [("", 4000, "")])
     assert seconds == pytest.approx(1e-3) and least < seconds < longest

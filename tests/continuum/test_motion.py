@@ -8,6 +8,7 @@ from dusttaichi import method
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
+from dusttaichi.continuum.kernels.tensor_rows import read_deviators, write_rows
 from dusttaichi.method import State
 
 OPEN = {"viscosity": {"grid": 0.005}}
@@ -244,3 +245,20 @@ def test_the_slope_of_a_kernel_is_that_of_its_shape(name, factor):
         expected = (shape(q + step) - shape(q - step)) / (2.0 * step)
         assert factor * q * at(q) == pytest.approx(expected, rel=1e-8, abs=1e-9)
     assert at(2.0) == at(2.5) == at(1e50) == 0.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_rows_of_deviators_are_those_of_their_matrices(dimension):
+    matrices = np.random.default_rng(1).normal(size=(5, dimension, dimension))
+    matrices += matrices.transpose(0, 2, 1)
+    axes = (0, 2) if dimension == 2 else (0, 1, 2)
+    components = np.zeros((5, 6))
+    for number, name in enumerate(("xx", "yy", "zz", "xy", "xz", "yz")):
+        row, column = ("xyz".index(axis) for axis in name)
+        if row in axes and column in axes:
+            components[:, number] = matrices[:, axes.index(row), axes.index(column)]
+    if dimension == 2:
+        components[:, 1] = -np.trace(matrices, axis1=1, axis2=2)
+    rows = write_rows(components, dimension)
+    np.testing.assert_array_equal(rows, matrices.reshape(5, -1))
+    np.testing.assert_array_equal(read_deviators(rows, dimension), components)

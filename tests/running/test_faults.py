@@ -113,11 +113,11 @@ def test_resume_without_a_checkpoint_does_not_replace_the_result_of_another_scen
     with netCDF4.Dataset(directory / RESULT, "a") as file:
         file.status = "stopped by a guard"
         file.delncattr("digest")  # changed on purpose
-    before = (directory / RESULT).read_bytes()
-    other = from_yaml(PLAIN).with_value("output.series", {"steps": 50})
+    result_bytes = (directory / RESULT).read_bytes()
+    other_scene = from_yaml(PLAIN).with_value("output.series", {"steps": 50})
     with pytest.raises(DustError, match=r"another scene.*output\.series.*no checkpoint.*--force"):
-        execute(other, directory, resume=True)
-    assert (directory / RESULT).read_bytes() == before
+        execute(other_scene, directory, resume=True)
+    assert (directory / RESULT).read_bytes() == result_bytes
     execute(from_yaml(PLAIN.replace("2000", "600")), directory, resume=True)  # stop may change
 
 
@@ -197,14 +197,14 @@ def test_an_interrupt_during_the_first_records_leaves_a_result_that_says_so(
 
 
 @pytest.mark.parametrize("deleted", [False, True])
-@pytest.mark.parametrize("how", [{}, {"force": True}, {"resume": True}])
-def test_a_second_run_is_refused(tmp_path, how, deleted):
+@pytest.mark.parametrize("options", [{}, {"force": True}, {"resume": True}])
+def test_a_second_run_is_refused(tmp_path, options, deleted):
     """Also where somebody has deleted the lock file."""
     with RunLock(tmp_path):
         if deleted:
             (tmp_path / ".lock").unlink()
         with pytest.raises(DustError, match="Another run is writing"):
-            execute(from_yaml(PLAIN), tmp_path, **how)
+            execute(from_yaml(PLAIN), tmp_path, **options)
 
 
 # -- files that a scene names --------------------------------------------------------------------
@@ -248,8 +248,8 @@ def test_guards_between_records_have_a_small_share_of_the_time(tmp_path, monkeyp
     guarded_steps = []
     monkeypatch.setattr(loop.Run, "guard", lambda run, m: guarded_steps.append(run.sim.step))
     counts = []
-    for number, share in enumerate((float("inf"), 1e-12)):
-        monkeypatch.setattr(loop, "GUARDED", share)
+    for number, guarded_share in enumerate((float("inf"), 1e-12)):
+        monkeypatch.setattr(loop, "GUARDED", guarded_share)
         execute(from_yaml(PLAIN), tmp_path / str(number))
         counts.append(len(guarded_steps))
         guarded_steps.clear()
@@ -263,22 +263,22 @@ def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(
     """Many times, at whatever step the machine has come to."""
     monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
     scene = from_yaml(text)
-    uninterrupted, parts_folder = execute(scene, tmp_path / "whole"), tmp_path / "parts"
+    uninterrupted, resumed_folder = execute(scene, tmp_path / "whole"), tmp_path / "parts"
     count, options, steps = 0, {}, [0]
     while True:
         messages = []
 
-        def interrupt(report, messages=messages, after=3 + count % 5):
+        def interrupt(report, messages=messages, last_report=3 + count % 5):
             messages.append(report.step)
             steps.append(report.step)
-            if len(messages) == after:
+            if len(messages) == last_report:
                 os.kill(os.getpid(), signal.SIGINT)
 
         try:
-            execute(scene, parts_folder, report=interrupt, **options)
+            execute(scene, resumed_folder, report=interrupt, **options)
             break
         except Interrupted as stop:
             assert stop.resumable
             count, options = count + 1, {"resume": True}
     assert count > 10 and steps == sorted(steps) and steps[-1] < 2001
-    assert_same_bits(uninterrupted / RESULT, parts_folder / RESULT)
+    assert_same_bits(uninterrupted / RESULT, resumed_folder / RESULT)

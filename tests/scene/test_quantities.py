@@ -3,14 +3,14 @@
 import math
 from decimal import Decimal
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 from program import python
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
@@ -122,6 +122,21 @@ def test_bad_text_names_place_value_reason_and_example(value, dimension, reason)
     assert message.startswith(f"boundary.wall_speed = {value!r}: ")
     assert reason in message
     assert f'for example "{quantities.DIMENSIONS[dimension].example}"' in message
+
+
+@pytest.mark.parametrize(
+    "quantity, text",
+    [
+        (quantities.Quantity("speed", count=3), '["0 cm/s", "0 cm/s", "1 cm/s"]'),
+        (quantities.Quantity("speed", count=2), '["0 cm/s", "1 cm/s"]'),
+        (quantities.Quantity("length", gt=0, count=2, example="5 mm"), '["5 mm", "5 mm"]'),
+        (quantities.Quantity("angular velocity"), '"1e5 rad/s"'),
+    ],
+)
+def test_examples_of_vectors_have_a_direction(quantity, text):
+    with pytest.raises(ValueError) as error:
+        TypeAdapter(Annotated[Any, quantity]).validate_python("x")
+    assert f"is needed, for example {text}" in str(error.value)
 
 
 @pytest.mark.parametrize(

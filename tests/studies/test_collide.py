@@ -44,9 +44,9 @@ COLLISION = {
 
 def study_scene(**keys):
     """A scene with the same parts as those of test_batch, and a study of two speeds."""
-    own = {"speed": ["0.5 m/s", "8 m/s"], "impact_parameter": [0, 0.9], "seeds": 1} | keys
+    block = {"speed": ["0.5 m/s", "8 m/s"], "impact_parameter": [0, 0.9], "seeds": 1} | keys
     scene = make_scene(damping="viscous", dt="0.2 ns", threads=1, sample=COLLISION)
-    data = scene.input_data | {"stop": {"time": "20 us"}, "collisions": own, "name": "study"}
+    data = scene.input_data | {"stop": {"time": "20 us"}, "collisions": block, "name": "study"}
     return Scene.from_dict(data)
 
 
@@ -95,9 +95,9 @@ def test_filling_factors_are_those_of_both_bodies(tmp_path):
     scene = Scene.from_dict(data | {"sample": {**COLLISION, "target": body, "projectile": body}})
     study = Collisions(scene, tmp_path)
     assert study.axes["body"] == ("phi_0.1", "phi_0.2")
-    found = samples_of(study)
-    assert len(found) == scene.collisions.count == 2 * 2 * 2
-    for number, sample in enumerate(found):
+    bodies_of_samples = samples_of(study)
+    assert len(bodies_of_samples) == scene.collisions.count == 2 * 2 * 2
+    for number, sample in enumerate(bodies_of_samples):
         for name in ("target", "projectile"):
             assert sample[name]["of"]["filling_factor"] == (0.1, 0.2)[number // 4]
     with pytest.raises(DustError, match="filling_factor.*a number of at most 0.4|at most 0.4"):
@@ -228,8 +228,8 @@ def test_bodies_that_miss_and_what_cannot_be_made():
     base = study_scene().to_yaml()
     none = {"kind": "explicit", "positions": []}
     calls = [
-        {"label": name, "scene": base, "sample": COLLISION | own, "phases": False}
-        for name, own in (("miss", {"impact_parameter": 1.0}), ("none", {"target": none}))
+        {"label": name, "scene": base, "sample": COLLISION | sample_keys, "phases": False}
+        for name, sample_keys in (("miss", {"impact_parameter": 1.0}), ("none", {"target": none}))
     ]
     parent, answers = SimpleNamespace(report=lambda answered: answers.append(answered)), []
     task.run(parent, calls=calls, abreast=2, room=100)
@@ -407,7 +407,7 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
 def test_speeds_are_added_where_growth_ends(tmp_path):
     """Bisection: each further speed halves the interval about the threshold; none below 2 %."""
 
-    def refined(number):
+    def refine_speeds(number):
         study, answers, rounds = Collisions(scene_of(number), tmp_path), {}, 0
         while points := [point for point in study.points(answers) if point.label not in answers]:
             rounds += 1
@@ -421,11 +421,11 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
         return study_scene(speed=["5 m/s", "80 m/s"], refine=number)
 
     assert scene_of(4).collisions.count == 6 * 2
-    study, found, rounds = refined(4)
+    study, results, rounds = refine_speeds(4)
     assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
-    assert rounds == 5 and len(found) == 12
-    assert find_thresholds(study.dataset(found))[1].speed == pytest.approx(21.0, rel=1e-9)
-    speeds = np.array(refined(30)[0].axes["speed"])
+    assert rounds == 5 and len(results) == 12
+    assert find_thresholds(study.dataset(results))[1].speed == pytest.approx(21.0, rel=1e-9)
+    speeds = np.array(refine_speeds(30)[0].axes["speed"])
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
 

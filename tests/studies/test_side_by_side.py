@@ -40,7 +40,7 @@ def collision_of(number, phases=False, scene_keys=(), **keys):
     return Collision(number, scene, samples.make(scene), phases=phases)
 
 
-def made(collisions, abreast, room=10**9, signals=()):
+def collide(collisions, abreast, room=10**9, signals=()):
     """label -> row, or the error, of Collisions at most that many side by side."""
     answers = {}
     make_collisions(
@@ -56,8 +56,8 @@ def assert_same(row, alone):
     assert isinstance(row, dict), row
     for name, value in alone.items():
         if name == "course":
-            (series, others), (expected, _) = row[name].values(), value.values()
-            assert others == value["grains"]
+            (series, grain_numbers), (expected, _) = row[name].values(), value.values()
+            assert grain_numbers == value["grains"]
             losses = [list(losses["loss"].values()) for losses in (series, expected)]
             np.testing.assert_allclose(*losses, rtol=0.0, atol=ROUNDING * alone["impact_energy"])
             assert {**series, "loss": 0} == {**expected, "loss": 0}
@@ -72,10 +72,10 @@ def assert_same(row, alone):
 def test_fifty_pairs_have_the_bits_of_each_alone():
     """Of several sizes, on places that others have left, and with misses among them."""
     alone = [collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)]
-    alone = {label: row for one in alone for label, row in made([one], 1).items()}
+    alone = {label: row for collision in alone for label, row in collide([collision], 1).items()}
     outcomes = {row["outcome"] for row in alone.values()}
     assert len(outcomes) >= 4 and "miss" in outcomes
-    together = made((collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)), 12)
+    together = collide((collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)), 12)
     assert sorted(together) == list(range(PAIRS))
     for label, row in together.items():
         assert_same(row, alone[label])
@@ -84,8 +84,8 @@ def test_fifty_pairs_have_the_bits_of_each_alone():
 @pytest.mark.parametrize("precision", ["mixed", "f32"])
 def test_other_precisions_have_the_bits_of_each_alone(precision):
     numerics = {"numerics": {"precision": precision}}.items()
-    alone = made([collision_of(n, scene_keys=numerics) for n in range(8)], 1)
-    together = made([collision_of(n, scene_keys=numerics) for n in range(8)], 5)
+    alone = collide([collision_of(n, scene_keys=numerics) for n in range(8)], 1)
+    together = collide([collision_of(n, scene_keys=numerics) for n in range(8)], 5)
     for label, row in together.items():
         assert_same(row, alone[label])
 
@@ -100,13 +100,13 @@ def test_small_pairs_are_examined_together(monkeypatch):
 
     monkeypatch.setattr(GrainEngine, "advance", note)
     pairs = [collision_of(n, gap=f"{5 + n} nm") for n in (1, 4, 10)]
-    rows = made(pairs, 3)
+    rows = collide(pairs, 3)
     assert len({pair.touch for pair in pairs}) == 3
     assert steps == sorted(set(steps)) and not any(step % 50 for step in steps)
     assert all(0.0 <= rows[pair.label]["time"] <= 500e-9 for pair in pairs)
     short = collision_of(1)
     short.scene = short.scene.with_value("stop.time", "4 ns")
-    assert made([short], 1)[1]["time"] == pytest.approx(4e-9)
+    assert collide([short], 1)[1]["time"] == pytest.approx(4e-9)
 
 
 SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.9 um"}
@@ -124,7 +124,7 @@ def polydisperse_collision(number):
 
 def test_grains_of_many_sizes_have_the_bits_of_each_alone(monkeypatch):
     """Pairs of equal grains are no neighbours of those with sizes: their kernels are others."""
-    alone = made([polydisperse_collision(n) for n in range(10)], 1)
+    alone = collide([polydisperse_collision(n) for n in range(10)], 1)
     assert len({row["outcome"] for row in alone.values()}) >= 3
     sizes, compose = [], Batch._compose
 
@@ -134,18 +134,18 @@ def test_grains_of_many_sizes_have_the_bits_of_each_alone(monkeypatch):
 
     monkeypatch.setattr(Batch, "_compose", note)
     order = [0, 2, 4, 6, 8, 1, 3, 5, 7, 9]
-    together = made([polydisperse_collision(n) for n in order], 4)
+    together = collide([polydisperse_collision(n) for n in order], 4)
     assert max(sizes) >= 3
-    mixed = made([polydisperse_collision(n) for n in range(10)], 4)
+    mixed = collide([polydisperse_collision(n) for n in range(10)], 4)
     for label, row in [*together.items(), *mixed.items()]:
         assert_same(row, alone[label])
 
 
 def test_a_guard_ends_its_own_pair_alone(monkeypatch):
     """One that a look refuses, and one that stops a step of all: both halves begin again."""
-    alone = made([collision_of(n) for n in range(6)], 1)
+    alone = collide([collision_of(n) for n in range(6)], 1)
     look, advance = Collision.validate, GrainEngine.advance
-    bad = collision_of(3).sample.positions[0, 0]
+    faulty_position = collision_of(3).sample.positions[0, 0]
 
     def refuse(self, measurement):
         if self.label == 1:
@@ -153,13 +153,13 @@ def test_a_guard_ends_its_own_pair_alone(monkeypatch):
         look(self, measurement)
 
     def stop(self, steps):
-        if (self.sample.positions[:, 0] == bad).any():
+        if (self.sample.positions[:, 0] == faulty_position).any():
             raise GuardStop("not a number")
         advance(self, steps)
 
     monkeypatch.setattr(Collision, "validate", refuse)
     monkeypatch.setattr(GrainEngine, "advance", stop)
-    together = made((collision_of(n) for n in range(6)), 6)
+    together = collide((collision_of(n) for n in range(6)), 6)
     assert [n for n, row in sorted(together.items()) if not isinstance(row, dict)] == [1, 3]
     assert str(together[1]) == "too deep" and str(together[3]) == "not a number"
     for label in (0, 2, 4, 5):
@@ -181,12 +181,12 @@ def interrupt_after(monkeypatch, count):
 
 def check_continued(monkeypatch, make, count, pauses):
     """Interrupted after each of these pauses, `count` collisions have the rows of those alone."""
-    alone = made([make(n) for n in range(count)], 1)
+    alone = collide([make(n) for n in range(count)], 1)
     rows, waiting = {}, {n: make(n) for n in range(count)}
     for pause in [*pauses, 10**9]:
         with monkeypatch.context() as patch:
             signals = interrupt_after(patch, pause)
-            answers = made(waiting.values(), 4, signals=signals)
+            answers = collide(waiting.values(), 4, signals=signals)
         checkpoints = {n: answer.pop("checkpoint", None) for n, answer in answers.items()}
         rows |= {n: answers[n] for n, checkpoint in checkpoints.items() if checkpoint is None}
         waiting = {n: make(n) for n in waiting if n not in rows}
@@ -224,7 +224,7 @@ def test_an_interrupted_collision_between_walls_continues(monkeypatch):
 def test_each_has_a_file_on_request():
     collision = collision_of(1)
     collision.files = True
-    row = made([collision, collision_of(2)], 2)[1]
+    row = collide([collision, collision_of(2)], 2)[1]
     data = build_course_dataset(json.loads(json.dumps(row["course"])))
     # its last record is that of the row, and its fragments are those of its grains
     total = row["impact_energy"]
@@ -239,16 +239,18 @@ def test_each_has_a_file_on_request():
 
 def test_members_do_not_see_each_other():
     """Even where the search finds them in the same cells; one at rest touches nothing."""
-    one = collision_of(0)
+    collision = collision_of(0)
     sim = build(
-        one.scene, join_members([one.sample] * 3, one.scene.material.radius), step=one.time_step
+        collision.scene,
+        join_members([collision.sample] * 3, collision.scene.material.radius),
+        step=collision.time_step,
     )
-    members, count = sim.members, len(one.sample)
+    members, count = sim.members, len(collision.sample)
     sim.grain_state["origin"] = np.zeros((sim.size, 3))
     sim.search.ask()
     sim.advance(50)
     pairs = [np.subtract(members.touching(k)[1:], k * count) for k in range(3)]
-    assert pairs[0].size and all(np.array_equal(pairs[0], own) for own in pairs)
+    assert pairs[0].size and all(np.array_equal(pairs[0], member_pairs) for member_pairs in pairs)
     looks = members.measure(range(3), [True, False, True])
     assert looks[1].measurement is None and not looks[1].fragment.size
     label = label_components(sim.grain_state.order[pairs[0].T], count)[1]

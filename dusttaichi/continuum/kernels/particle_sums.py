@@ -16,6 +16,7 @@ from dusttaichi.continuum.kernels.store import (
     Column,
     Columns,
 )
+from dusttaichi.continuum.kernels.tensor_rows import ROW_OF_COMPONENT
 from dusttaichi.continuum.physics.kernels import laws_of
 from dusttaichi.results.roles import DUST, ELASTIC
 
@@ -164,11 +165,12 @@ class ParticleNumbers:
     @ti.func
     def deviator(self, i):
         """xx yy zz xy xz yz of the deviator of a particle."""
-        S = self.f.deviator[i]
-        if ti.static(self.n == 3):
-            return ti.Vector([S[0], S[4], S[8], S[1], S[2], S[5]])
-        else:
-            return ti.Vector([S[0], -(S[0] + S[3]), S[3], 0.0, S[1], 0.0])
+        S, out = self.f.deviator[i], ti.Vector.zero(ti.f64, 6)
+        for component, row in ti.static(ROW_OF_COMPONENT[self.n].items()):
+            out[component] = S[row]
+        if ti.static(self.n == 2):
+            out[1] = -(out[0] + out[2])
+        return out
 
     @ti.func
     def elastic(self, i, volume):
