@@ -126,6 +126,10 @@ class DustEngine(EngineOfParts):
     # -- checkpoint ------------------------------------------------------------------------------
 
     def state(self):
+        arrays, numbers = self.view_state()
+        return State(dict(arrays), numbers)
+
+    def view_state(self):
         sample = self.sample
         arrays = {PREFIX + name: getattr(sample, name) for name in (*ARRAYS, "body", "room")}
         numbers = {
@@ -141,7 +145,7 @@ class DustEngine(EngineOfParts):
                 "info": sample.info,
             },
         }
-        return State(arrays | self.dust_state.arrays(), numbers)
+        return State(self.dust_state.arrays() | arrays, numbers)
 
     def restore(self, state):
         arrays, numbers = state

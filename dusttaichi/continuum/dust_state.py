@@ -1,12 +1,14 @@
 """State of a continuum: the used part of its fields, and the order of its particles. SI inside."""
 
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 
 from dusttaichi.compute.host_threads import cut_rows, share_out
 from dusttaichi.compute.memory import FieldState, view_cells
 from dusttaichi.continuum.kernels.store import COLUMN, FACES, OLD, SUBSTEPS, WHOLE, declare
+from dusttaichi.method import ArraysOnRequest
 
 ROWS_AT_ONCE = 2**13  # particles that a thread puts in another order
 
@@ -109,9 +111,11 @@ class DustState(FieldState):
     # -- checkpoint ------------------------------------------------------------------------------
 
     def arrays(self):
-        """All state, for a checkpoint."""
-        arrays = {name: self[name] for name in WHOLE}
-        return {name: self.of_particles(name) for name in self.names} | arrays
+        """All state, for a checkpoint: an array is copied as it is read."""
+        functions = {name: partial(self.of_particles, name) for name in self.names}
+        return ArraysOnRequest(
+            functions | {name: partial(self.__getitem__, name) for name in WHOLE}
+        )
 
     def restore(self, arrays):
         """Go back to the arrays of a checkpoint of the same scene and sample."""

@@ -188,6 +188,10 @@ class GrainEngine(EngineOfParts):
     # -- checkpoint ------------------------------------------------------------------------------
 
     def state(self):
+        arrays, numbers = self.view_state()
+        return State(dict(arrays), numbers)
+
+    def view_state(self):
         names = (*SAMPLE, *DIFFERING)
         arrays = {PREFIX + name: getattr(self.sample, name) for name in names}
         arrays = {name: values for name, values in arrays.items() if values is not None}

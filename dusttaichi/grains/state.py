@@ -1,6 +1,7 @@
 """State of a simulation: the used part of its fields."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from dusttaichi.grains.kernels.store import (
 )
 from dusttaichi.grains.order import rank_of
 from dusttaichi.grains.pointers import pair_displacements, unit, wall_displacements
+from dusttaichi.method import ArraysOnRequest
 from dusttaichi.units import GRAINS, LENGTH
 
 
@@ -290,21 +292,18 @@ class GrainState(FieldState):
     def arrays(self):
         """All state, for a checkpoint: the used part of what `kernels.declare` lists.
 
-        Blocks without contacts are left out.
+        An array is copied as it is read. Blocks without contacts are left out.
         """
-        arrays, used = {}, self.used_blocks()
-        for name, table in self.fields.items():
-            if name in OF_BLOCKS:
-                columns = (slice(LOADS),) if name == "load" else ()
-                blocks = [
-                    table.copy_rows(b.start, b.stop, *columns)
-                    for b in _select_blocks(used, table.rows)
-                ]
-                arrays[name] = np.concatenate(blocks)
-            else:
-                entries = self["entry_start"][-1] if name == "entry" else None
-                arrays[name] = table.to_numpy(entries)
-        return arrays
+        return ArraysOnRequest({name: partial(self._copy_used, name) for name in self.fields})
+
+    def _copy_used(self, name):
+        table = self.fields[name]
+        if name not in OF_BLOCKS:
+            return table.to_numpy(self["entry_start"][-1] if name == "entry" else None)
+        columns = (slice(LOADS),) if name == "load" else ()
+        used = [b for b in _select_blocks(self.used_blocks(), table.rows) if b.stop > b.start]
+        blocks = [table.copy_rows(b.start, b.stop, *columns) for b in used or [slice(0, 0)]]
+        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
 
     def restore(self, arrays):
         """Go back to the arrays of a checkpoint of the same scene and sample."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from dusttaichi.method.engine_of_parts import EngineOfParts
 from dusttaichi.method.engine_protocol import (
+    ArraysOnRequest,
     Engine,
     HasMethod,
     Measurement,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from dusttaichi.results.variables import Variable
 
 __all__ = [
+    "ArraysOnRequest",
     "Engine",
     "EngineOfParts",
     "Measurement",

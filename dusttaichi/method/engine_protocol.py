@@ -6,7 +6,9 @@ by the SI units that its variables declare.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -139,8 +141,36 @@ class Window(NamedTuple):
 class State(NamedTuple):
     """All that an engine continues from: arrays by name; numbers for JSON, `dt` among them."""
 
-    arrays: dict[str, np.ndarray]
+    arrays: Mapping[str, np.ndarray]
     numbers: dict[str, Any]
+
+
+class ArraysOnRequest(Mapping[str, np.ndarray]):
+    """Arrays by name, each made as it is read, so that not all of them take memory.
+
+    functions: name -> function that returns the array.
+    """
+
+    def __init__(self, functions: Mapping[str, Callable[[], np.ndarray]]) -> None:
+        self._functions = dict(functions)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._functions[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        return len(self._functions)
+
+    def __or__(self, arrays: Mapping[str, np.ndarray]) -> ArraysOnRequest:
+        """These and further arrays, which exist."""
+        functions = {name: partial(_identity, values) for name, values in arrays.items()}
+        return ArraysOnRequest(self._functions | functions)
+
+
+def _identity(values: np.ndarray) -> np.ndarray:
+    return values
 
 
 class Moment(Protocol):
@@ -239,6 +269,9 @@ class Engine(Protocol):
 
     def state(self) -> State:
         """State for a checkpoint, sample included."""
+
+    def view_state(self) -> State:
+        """The same, whose arrays may be made as they are read, which is before the next step."""
 
     def restore(self, state: State) -> None:
         """Go back to a state of the same scene, its time step included."""

@@ -69,6 +69,9 @@ class SimpleEngine:
         arrays = {n: v.copy() for n, v in values.items() if isinstance(v, np.ndarray)}
         return State(arrays, {n: v for n, v in values.items() if n not in arrays})
 
+    def view_state(self) -> State:
+        return self.state()
+
     def restore(self, state: State) -> None:
         for name, value in (state.numbers | state.arrays).items():
             setattr(self, name, value.copy() if name in state.arrays else value)

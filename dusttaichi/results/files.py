@@ -136,15 +136,21 @@ def write_whole(path: str | Path, data: bytes | Iterable[bytes | memoryview]) ->
     path = Path(path)
     temporary = path.with_name(f".{path.name}.tmp")
     try:
-        with open(temporary, "wb", buffering=0) as file:
-            for block in (data,) if isinstance(data, bytes) else data:
-                view = memoryview(block)
-                while view:
-                    view = view[file.write(view) :]
+        write_blocks(temporary, (data,) if isinstance(data, bytes) else data)
         replace_atomically(temporary, path)
     except BaseException:
         remove(temporary)
         raise
+
+
+def write_blocks(path: str | Path, blocks: Iterable[bytes | memoryview]) -> None:
+    """Write blocks of bytes into a new file. Raises OSError."""
+    with open(path, "wb", buffering=0) as file:
+        for block in blocks:
+            view = memoryview(block)
+            while view:
+                view = view[file.write(view) :]
+            del block, view  # its array may be freed before the next one is made
 
 
 class WorkFile(AbstractContextManager["WorkFile"]):

@@ -1,33 +1,25 @@
 """Checkpoints: states from which a run continues.
 
-A checkpoint is one file: a magic line, the length of a JSON header, the header (names, types and
-shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that.
-An array of mostly equal numbers, as the spins of a sample at rest, is stored as that number, with
-the places and values of the others.
-(safetensors has neither a checksum nor metadata other than texts.)
+A checkpoint is a file of arrays (results/stored_arrays.py) with meta data.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.files import explain, remove, replace_atomically
-from dusttaichi.results.plain import plain
+from dusttaichi.results import stored_arrays
+from dusttaichi.results.files import explain, remove, replace_atomically, write_blocks
 
 OLDER = b"dusttaichi checkpoint "
-MAGIC = b"dusttaichi checkpoint 7\n"
-ALL = -1  # exceptions of an array whose numbers are all stored
-FEW = 0.125  # largest share of exceptions
-PROBES = 1024  # numbers of an array that are compared first
+MAGIC = b"dusttaichi checkpoint 8\n"
+NEW = ".new"  # suffix of a checkpoint that is not valid yet
+BESIDE = "", ".tmp", ".previous"  # suffixes of valid ones, the newest first
 
 
 class Checkpoint(NamedTuple):
@@ -44,95 +36,83 @@ def _append_suffix(path: str | Path, suffix: str) -> Path:
     return path.with_name(path.name + suffix)
 
 
-def _refuse(value: Any) -> None:
-    raise TypeError(f"a checkpoint's meta data cannot hold a {type(value).__name__}")
-
-
 def save(path: str | Path, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> None:
-    """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (for JSON), bitwise.
+    """`write` and `publish` a checkpoint. Raises DustError."""
+    write(path, arrays, meta)
+    publish(path)
 
-    The former checkpoint at `path` becomes PATH.previous; after a kill or on a full disk one of
-    them is valid. Raises DustError, with the old checkpoints untouched, where the new one cannot be
-    written.
+
+def write(path: str | Path, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> int:
+    """Write a checkpoint beside `path`, which `publish` makes valid.
+
+    Parameters
+    ----------
+    path
+        Path of the checkpoint.
+    arrays
+        Name -> array, of any shape and plain type; stored bitwise, and read one after another.
+    meta
+        Meta data for JSON.
+
+    Returns
+    -------
+    int
+        Its bytes.
+
+    Raises
+    ------
+    DustError
+        It cannot be written; the former checkpoint is untouched.
     """
-    path, temporary = Path(path), _append_suffix(path, ".tmp")
-    stored = {name: _compact(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()}
-    listing = [
-        [name, blocks[0].dtype.str, list(np.shape(arrays[name])), exceptions]
-        for name, (exceptions, blocks) in stored.items()
-    ]
-    header = json.dumps({"arrays": listing, "meta": plain(meta)}, default=_refuse).encode()
+    new, text = _append_suffix(path, NEW), stored_arrays.encode(meta)
     try:
-        with open(temporary, "wb") as file:
-            digest = hashlib.sha256()
-            blocks: list[Any] = [MAGIC, len(header).to_bytes(8, "little"), header]
-            for _, arrays_of_name in stored.values():
-                blocks += [a.view(np.uint8) for a in arrays_of_name]
-            for block in blocks:
-                file.write(block)
-                digest.update(block)
-            file.write(digest.digest())
-            file.flush()
-            os.fsync(file.fileno())
-        if path.exists():
+        write_blocks(new, stored_arrays.yield_blocks(MAGIC, arrays.items(), text, compact=True))
+        return new.stat().st_size
+    except OSError as error:
+        raise _build_error(path, error) from error
+
+
+def publish(path: str | Path) -> None:
+    """Make the checkpoint that `write` has written that at `path`.
+
+    The former one becomes PATH.previous; after a kill or on a full disk one of them is valid.
+    Raises DustError, with the old checkpoints untouched.
+    """
+    new, temporary = _append_suffix(path, NEW), _append_suffix(path, ".tmp")
+    try:
+        replace_atomically(new, temporary)
+        if os.path.exists(path):
             os.replace(path, _append_suffix(path, ".previous"))
         replace_atomically(temporary, path)
     except OSError as error:
-        reason = explain(error, path)
-        remove(temporary)
-        raise DustError(
-            f"The checkpoint {path} could not be written: {reason}. The former one remains."
-        ) from error
+        raise _build_error(path, error) from error
 
 
-def _compact(a: NDArray[Any]) -> tuple[int, list[NDArray[Any]]]:
-    """(number of exceptions or ALL, the arrays that store the numbers (n,), bitwise).
-
-    Those are `a` itself, or its most frequent number, the places of the others and these.
-    """
-    if len(a) < 2 or a.itemsize not in (1, 2, 4, 8):
-        return ALL, [a]
-    bits = a.view(f"u{a.itemsize}")
-    values, counts = np.unique(bits[:: -(-len(a) // PROBES)], return_counts=True)
-    if counts.max() < (1.0 - FEW) * counts.sum():
-        return ALL, [a]
-    commonest = values[[counts.argmax()]]
-    exceptional = np.flatnonzero(bits != commonest)
-    if len(exceptional) > FEW * len(a):
-        return ALL, [a]
-    return len(exceptional), [commonest.view(a.dtype), exceptional.astype(np.int64), a[exceptional]]
+def forget(path: str | Path) -> None:
+    """Remove a checkpoint that was written and not published, if any."""
+    remove(_append_suffix(path, NEW))
 
 
-def _restore(
-    raw: bytes, start: int, dtype: str, shape: list[int], exceptions: int
-) -> tuple[NDArray[Any], int]:
-    """(an array that `_compact` has stored in bytes from `start` on, the end of these)."""
-    if exceptions == ALL:
-        stored = np.frombuffer(raw, dtype, np.prod(shape, dtype=np.int64), start)
-        return stored.reshape(shape).copy(), start + stored.nbytes
-    commonest = np.frombuffer(raw, dtype, 1, start)
-    exceptional = np.frombuffer(raw, np.int64, exceptions, start := start + commonest.nbytes)
-    values = np.frombuffer(raw, dtype, exceptions, start := start + exceptional.nbytes)
-    array = np.full(shape, commonest[0])
-    array.reshape(-1)[exceptional] = values
-    return array, start + values.nbytes
+def _build_error(path: str | Path, error: OSError) -> DustError:
+    """The DustError of a checkpoint that could not be written; what is there of it is removed."""
+    reason = explain(error, path)
+    forget(path)
+    return DustError(
+        f"The checkpoint {path} could not be written: {reason}. The former one remains."
+    )
 
 
 def _read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Arrays and meta of one file. Raises ValueError if damaged, OSError if unreadable."""
-    raw = Path(path).read_bytes()
-    body, digest = memoryview(raw)[:-32], raw[-32:]
-    if raw.startswith(OLDER) and not raw.startswith(MAGIC):
+    with open(path, "rb") as file:
+        head = file.read(len(MAGIC))
+    if head.startswith(OLDER) and head != MAGIC:
         raise ValueError("of another version of dusttaichi")
-    if not raw.startswith(MAGIC) or hashlib.sha256(body).digest() != digest:
-        raise ValueError("damaged, or not a checkpoint")
-    start = len(MAGIC) + 8
-    end = start + int.from_bytes(raw[len(MAGIC) : start], "little")
-    header = json.loads(raw[start:end])
-    arrays = {}
-    for name, *entry in header["arrays"]:
-        arrays[name], end = _restore(raw, end, *entry)
-    return arrays, header["meta"]
+    try:
+        with stored_arrays.open_arrays(path, MAGIC) as (file, listing, meta):
+            return {a.name: stored_arrays.read_array(file, a) for a in listing}, meta
+    except ValueError as error:
+        raise ValueError("damaged, or not a checkpoint") from error
 
 
 def load(path: str | Path) -> Checkpoint:
@@ -144,7 +124,7 @@ def load(path: str | Path) -> Checkpoint:
     path = Path(path)
     problem = None
     # .tmp is valid and the newest after a kill between the two renames of `save`
-    for candidate in (path, _append_suffix(path, ".tmp"), _append_suffix(path, ".previous")):
+    for candidate in (_append_suffix(path, suffix) for suffix in BESIDE):
         try:
             arrays, meta = _read(candidate)
         except FileNotFoundError:
@@ -176,7 +156,7 @@ def exists(path: str | Path) -> bool:
 
 def discard(path: str | Path) -> None:
     """Remove the checkpoint and those beside it, for a new run. Raises DustError."""
-    for suffix in ("", ".tmp", ".previous"):
+    for suffix in (*BESIDE, NEW):
         try:
             _append_suffix(path, suffix).unlink(missing_ok=True)
         except OSError as error:

@@ -7,18 +7,16 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dusttaichi.compute.background import Background
 from dusttaichi.errors import DustError
 from dusttaichi.results import files, outputs
 from dusttaichi.results.files import CHECKPOINT
-from dusttaichi.results.plain import plain
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import input_files
 
 if TYPE_CHECKING:
-    from dusttaichi.method import State
     from dusttaichi.results.run_lock import RunLock
     from dusttaichi.results.writer import Writer
     from dusttaichi.running.identity import Origin
@@ -67,12 +65,14 @@ class RunFiles(AbstractContextManager["RunFiles"]):
 
         last: adds the last records of the run, which the result has and a continuation will not.
         """
-        state, meta = self._checkpoint(run)
-        if last is not None:
-            last()
-        if last is None or not self.writer.join_at_once(self._background):
-            self.flush()
-        checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
+        try:
+            self._write_checkpoint(run)  # one array after another: the state is not copied
+        finally:
+            if last is not None:
+                last()
+            if last is None or not self.writer.join_at_once(self._background):
+                self.flush()
+        checkpoint.publish(self.directory / CHECKPOINT)
         self.saved = real_time.perf_counter()
 
     def join(self) -> None:
@@ -107,19 +107,18 @@ class RunFiles(AbstractContextManager["RunFiles"]):
             self.flushed = real_time.perf_counter()
 
     def _begin_save(self, run: Run) -> None:
-        state, meta = self._checkpoint(run)
         path = self.directory / CHECKPOINT
-        if sum(a.nbytes for a in state.arrays.values()) < LARGE:
+        if self._write_checkpoint(run) < LARGE:
             self.flush()
-            checkpoint.save(path, state.arrays, meta)
+            checkpoint.publish(path)
         else:
-            call = checkpoint.save, path, state.arrays, plain(meta)
-            self.writer.begin_flush(self._background, call)
+            self.writer.begin_flush(self._background, (checkpoint.publish, path))
         self.saved = self.flushed = real_time.perf_counter()
 
-    def _checkpoint(self, run: Run) -> tuple[State, dict[str, Any]]:
-        """State and meta data of a checkpoint."""
-        state = run.sim.state()
+    def _write_checkpoint(self, run: Run) -> int:
+        """Write a checkpoint, which is not valid yet; returns its bytes. Raises DustError."""
+        self.writer.settle()  # the former one may just be made valid
+        state = run.sim.view_state()
         meta = {
             "scene": run.scene.to_yaml(),
             "inputs": self.origin.inputs,
@@ -129,7 +128,7 @@ class RunFiles(AbstractContextManager["RunFiles"]):
             "run": replace(run.state),  # as it is before the last records
             "counts": self.writer.counts(),
         }
-        return state, meta
+        return checkpoint.write(self.directory / CHECKPOINT, state.arrays, meta)
 
     def close(self) -> None:
         """Wait for the last file, and end the process that writes."""
@@ -137,6 +136,7 @@ class RunFiles(AbstractContextManager["RunFiles"]):
             self.writer.settle()
         finally:
             self._background.close()
+            checkpoint.forget(self.directory / CHECKPOINT)
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -48,7 +48,7 @@ def run(damping):
     """State of a pair that has met, with damping of that kind, and the program of its kernels."""
     probe = Probe(make_scene(damping=damping, boundary=FAR), sample_of(X, V))
     probe.advance(100)
-    return probe.sim.grain_state.arrays(), program()
+    return dict(probe.sim.grain_state.arrays()), program()
 
 
 def test_a_structure_is_found_again_with_the_same_bits(monkeypatch):

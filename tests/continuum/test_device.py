@@ -24,7 +24,7 @@ def test_a_kernel_a_phase_gives_the_same_motion(launches):
         assert engine.search.count > 1
         # in the order of the sample: blocks of particles are sorted in another one
         state = engine.dust_state
-        arrays, order = state.arrays(), np.argsort(state.of_particles("number"))
+        arrays, order = dict(state.arrays()), np.argsort(state.of_particles("number"))
         arrays |= {name: arrays[name][order] for name in state.names}
         ends.append((arrays, state["rigid"][:, : COLUMN.drags]))
     for name, values in ends[0][0].items():

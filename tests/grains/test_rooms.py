@@ -73,7 +73,7 @@ def states():
 def settle_rows():
     probe = rows_of_grains(23)
     probe.advance(300)
-    arrays, contacts = probe.sim.grain_state.arrays(), probe.contacts()
+    arrays, contacts = dict(probe.sim.grain_state.arrays()), probe.contacts()
     return (
         arrays,
         probe.sim.ledger.measure_energies() | {"searches": probe.sim.search.count},

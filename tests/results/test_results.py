@@ -7,6 +7,7 @@ import errno
 import os
 import re
 import shutil
+import weakref
 
 import netCDF4
 import numpy as np
@@ -17,6 +18,7 @@ from records import GRAINS, check, fill
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_variables import VARIABLES
+from dusttaichi.method import ArraysOnRequest
 from dusttaichi.physics.contact.effect_numbers import CHANNELS
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results import Writer, files, pieces, provenance, select_variables
@@ -272,6 +274,22 @@ def test_checkpoint_keeps_the_bits(tmp_path):
         assert read.tobytes() == array.tobytes() and read.flags.writeable
     assert path.stat().st_size < ARRAYS["still"].nbytes, "equal numbers are stored once"
     assert state.meta == {"counts": {"series": 3}, "dt": 0.1 + 0.2, "scene": "name: ä\n"}
+
+
+def test_a_checkpoint_takes_the_memory_of_one_array(tmp_path):
+    alive, most = [], []
+
+    def make():
+        array = np.random.default_rng(len(most)).random(1000)
+        alive.append(weakref.ref(array))
+        most.append(sum(reference() is not None for reference in alive))
+        return array
+
+    arrays = ArraysOnRequest(dict.fromkeys("abcd", make))
+    checkpoint.save(tmp_path / "checkpoint", arrays, {})
+    assert most == [1, 1, 1, 1] and list(checkpoint.load(tmp_path / "checkpoint").arrays) == [
+        *"abcd"
+    ]
 
 
 @pytest.mark.parametrize("damage", ["flip", "cut", "empty", "gone"])

@@ -11,8 +11,9 @@ import xarray as xr
 
 from dusttaichi.compute.background import Background
 from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.method import ArraysOnRequest, State
 from dusttaichi.results import files
-from dusttaichi.running import execute, persistence
+from dusttaichi.running import checkpoint, execute, persistence
 from dusttaichi.running.interface import simulate
 from dusttaichi.scene import from_yaml
 
@@ -95,7 +96,24 @@ def test_the_process_ends_where_the_last_save_fails(tmp_path, toys, monkeypatch)
     def refuse(*_, **__):
         raise DustError("no space left")
 
-    monkeypatch.setattr(persistence.checkpoint, "save", refuse)
+    monkeypatch.setattr(persistence.checkpoint, "write", refuse)
     with pytest.raises(DustError, match="no space left"):
         simulation.close()
     assert len(closed) == 1
+    with xr.open_datatree(tmp_path / "run" / files.RESULT) as tree:
+        assert tree.attrs["status"] == "interrupted", "the result is complete nevertheless"
+
+
+def test_a_checkpoint_is_of_the_state_before_the_last_records(tmp_path, toys, monkeypatch):
+    """Which may change it, as the sums of losses of grains; it is written one array at a time."""
+    toy.prepare()
+    simulation = simulate(from_yaml(toy.SCENES["staged"]), directory=tmp_path / "run")
+    simulation.advance(5)
+    run = simulation._run
+    sim, x = run.sim, run.sim.x
+    view = State(ArraysOnRequest({"x": lambda: np.array([sim.x])}), sim.state().numbers)
+    monkeypatch.setattr(sim, "view_state", lambda: view)
+    run.files.save(run, lambda: setattr(sim, "x", x + 1.0))
+    stored = checkpoint.load(tmp_path / "run" / files.CHECKPOINT).arrays["x"]
+    assert stored.tolist() == [x]
+    simulation.close()
