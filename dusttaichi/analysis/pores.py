@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import nearest_image
+from dusttaichi.physics.geometry import measure_rows, nearest_image
 
 if TYPE_CHECKING:
     from dusttaichi.analysis.frame import Frame
@@ -29,7 +29,6 @@ STEPS = 150  # of each search
 FIRST, LAST = 2.0, 0.02  # length of the first and the last step, in mean radii of the grains
 RADII = 60
 BINS = 24  # of the radii of polydisperse grains
-BLOCK = 500  # points at a time
 NEAREST = 4  # grains of a bin whose surfaces are examined
 BLOCKING = 6  # grains near a sphere that are examined before all others
 MARGIN = 1e-9  # of rounding, in mean radii
@@ -101,10 +100,12 @@ def _search_pore_radii(
     blocking = np.repeat(grain[:, None], BLOCKING, axis=1)  # the last nearest grains
     for number, step in enumerate(np.geomspace(FIRST, LAST, STEPS) * mean_radius):
         trial = centre + step * rng.normal(size=centre.shape)
-        moved = np.linalg.norm(trial - points, axis=1)
-        # most trials meet a grain that was near before
-        most = surfaces.distances_to(blocking, trial) + MARGIN * mean_radius
-        tested = np.flatnonzero((most > radius) & (most >= moved))
+        moved = measure_rows(trial - points)
+        tested = np.arange(len(points))
+        for age in range(BLOCKING):  # most trials meet a grain that was near before
+            blocker = blocking[tested, (number - 1 - age) % BLOCKING]
+            most = surfaces.distances_to(blocker, trial[tested]) + MARGIN * mean_radius
+            tested = tested[(most > radius[tested]) & (most >= moved[tested])]
         free, blocking[tested, number % BLOCKING] = surfaces.find_nearest(trial[tested])
         is_better = (free > radius[tested]) & (moved[tested] <= free)
         better = tested[is_better]
@@ -119,14 +120,10 @@ def _enlarge_to_containing_spheres(
     radius: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Radii of the largest of all these spheres that contains each point, (P,) [m]."""
-    order = np.argsort(-radius)
-    centre, falling, result = centre[order], radius[order], radius.copy()
-    for first in range(0, len(points), BLOCK):
-        some = slice(first, first + BLOCK)
-        apart = frame.nearest(points[some, None] - centre)
-        inside = np.einsum("pck,pck->pc", apart, apart) <= falling**2
-        is_inside_any = inside.any(axis=1)
-        result[some][is_inside_any] = falling[inside.argmax(axis=1)[is_inside_any]]
+    tree = scipy.spatial.cKDTree(points, boxsize=np.where(frame.periodic, frame.edges, 0.0))
+    centre, result = wrap_into_cell(centre, frame.edges, frame.periodic), radius.copy()
+    for sphere in np.argsort(radius):  # the largest comes last
+        result[tree.query_ball_point(centre[sphere], radius[sphere])] = radius[sphere]
     return result
 
 
@@ -178,15 +175,11 @@ class Surfaces:
     def distances_to(
         self, grains: NDArray[np.int64], points: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Distance of each point to the nearest surface of some grains [m], (P,).
-
-        grains: their numbers (P, n).
-        """
+        """Distance of each point (P, 3) to the surface of its grain [m], (P,)."""
         period = np.where(self._periodic, self._edges, np.inf)
-        d = nearest_image(points[:, None] - self._x[grains], period)
-        gaps = np.sqrt(np.einsum("pgk,pgk->pg", d, d)) - self._radius[grains]
-        nearest: NDArray[np.float64] = gaps.min(axis=1)
-        return nearest
+        apart = nearest_image(points - self._x[grains], period)
+        gaps: NDArray[np.float64] = measure_rows(apart) - self._radius[grains]
+        return gaps
 
 
 def wrap_into_cell(
