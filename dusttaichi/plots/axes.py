@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
     from matplotlib.transforms import Bbox
 
     from dusttaichi.analysis.run import Run
-
-Which = Literal["x", "y"]
+    from dusttaichi.plots.legends import WaitingLegend
 
 GREY = "#8C8C8C"
 DECADES = 8  # largest number of labelled powers of ten
@@ -84,36 +84,43 @@ def set_logarithmic(axes: Axes, which: Literal["x", "y", "xy"] = "xy") -> None:
         set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def finish_figure(figure: Figure) -> None:
-    """Label the logarithmic axes of a Figure by `set_few_ticks`, and break long labels."""
+def finish_figure(figure: Figure, legends: Sequence[WaitingLegend] = ()) -> None:
+    """Label logarithmic axes of a Figure by `set_few_ticks`, break long labels, move its legends.
+
+    All by one layout, of the figure as it is drawn so far.
+    """
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if isinstance(axis.get_major_formatter(), LogFormatterSciNotation) and (
                 axis.get_scale() == "log"
             ):
                 set_few_ticks(axis)
-    _break_labels(figure)
+    long = _list_long_labels(figure)
+    if long or legends:
+        lay_out(figure)
+    for label, height in [(label, axes.get_window_extent().height) for label, axes in long]:
+        _break_label(label, height)
+    common = getattr(figure, "_supylabel", None)
+    if common is not None:
+        _break_label(common, 0.95 * figure.bbox.height)
+    for legend in legends:
+        legend.move_from_curves()
 
 
-def _break_labels(figure: Figure) -> None:
-    """Break labels beside the axes that are longer than these, or than the figure."""
-    renderer, (_, height) = get_renderer(figure), figure.get_size_inches() * figure.dpi
+def _list_long_labels(figure: Figure) -> list[tuple[Text, Axes]]:
+    """(label, Axes) of the y axes whose labels may be longer than the axes."""
+    renderer, height = get_renderer(figure), figure.bbox.height
     grids = [axes.get_gridspec() for axes in figure.axes if axes.get_subplotspec() is not None]
     rows = max((grid.nrows for grid in grids if grid is not None), default=1)
     labels = [(axes.yaxis.label, axes) for axes in figure.axes]
-    long = [(label, axes) for label, axes in labels
+    return [(label, axes) for label, axes in labels
             if label.get_window_extent(renderer).height > 0.7 * height / rows]  # fmt: skip
-    if long:
-        lay_out(figure)
-    for label, axes in long:
-        axes_height = axes.get_window_extent(renderer).height
-        label.set_text(
-            break_text(label.get_text(), label.get_window_extent(renderer).height / axes_height)
-        )
-    common = getattr(figure, "_supylabel", None)
-    if common is not None:
-        relative_length = common.get_window_extent(renderer).height / (0.95 * height)
-        common.set_text(break_text(common.get_text(), relative_length))
+
+
+def _break_label(label: Text, height: float) -> None:
+    """Break a label beside an Axes, or a figure, of that height [pixels] that is longer."""
+    length = label.get_window_extent().height
+    label.set_text(break_text(label.get_text(), length / height))
 
 
 def break_text(text: str, relative_length: float) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import RendererAgg
     from matplotlib.figure import Figure, SubFigure
+
+Which = Literal["x", "y"]  # axis of an Axes
 
 
 def get_figure(axes: Axes) -> Figure:
@@ -23,7 +25,15 @@ def get_renderer(figure: Figure | SubFigure) -> RendererAgg:
 
 
 def lay_out(figure: Figure) -> None:
-    """Compute the positions in a Figure, where it has a layout engine."""
+    """Compute the positions in a Figure, where it has a layout engine.
+
+    Spines are left out: they lie on the edges of their Axes, as ticks point inwards, and take a
+    fifth of the time.
+    """
     engine = figure.get_layout_engine()
-    if engine is not None:
-        engine.execute(figure)
+    if engine is None:
+        return
+    for axes in figure.axes:
+        for spine in axes.spines.values():
+            spine.set_in_layout(False)
+    engine.execute(figure)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -11,19 +14,61 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import StepPatch
 from numpy.typing import NDArray
 
-from dusttaichi.plots.canvas import get_figure, get_renderer, lay_out
+from dusttaichi.plots.canvas import Which, get_figure, get_renderer, lay_out
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.legend import Legend
     from matplotlib.lines import Line2D
     from matplotlib.transforms import Bbox, BboxBase
 
     from dusttaichi.physics.geometry import Floats
-    from dusttaichi.plots.axes import Which
 
 _limits: WeakKeyDictionary[Axes, tuple[float, float]] = (
     WeakKeyDictionary()
 )  # of the y axes that were lengthened for a legend
+
+
+@dataclass
+class WaitingLegend:
+    """Legend inside an Axes that moves away from the curves once the figure is laid out."""
+
+    axes: Axes
+    inside: Legend
+    texts: Sequence[str]
+    options: dict[str, Any]  #: Keywords of matplotlib for another legend like it.
+
+    def move_from_curves(self) -> None:
+        """Move the legend out of the Axes of a figure that is laid out, if it hides a curve."""
+        axes, figure = self.axes, get_figure(self.axes)
+        box = self.inside.get_window_extent(get_renderer(figure))
+        if not _hides_curve(box, axes):
+            return
+        self.inside.remove()
+        if len(figure.axes) > 1:
+            _lengthen(axes, box.height / axes.get_window_extent().height)
+            axes.legend(loc="upper left", **self.options)
+            return
+        longest = max([len(text) for text in self.texts])
+        columns = max(1, min(len(self.texts), int(figure.get_figwidth() * 13 / (longest + 8))))
+        look = self.options | {"ncols": columns}
+        below = figure.legend(loc="outside lower center", **look)
+        tall = below.get_window_extent(get_renderer(figure)).height / figure.dpi
+        figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
+
+
+_waiting: ContextVar[list[WaitingLegend] | None] = ContextVar("waiting", default=None)
+
+
+@contextmanager
+def gather_legends() -> Iterator[list[WaitingLegend]]:
+    """Gather the legends of `draw_legend` in a list, each inside its Axes, within the context."""
+    legends: list[WaitingLegend] = []
+    token = _waiting.set(legends)
+    try:
+        yield legends
+    finally:
+        _waiting.reset(token)
 
 
 def draw_legend(
@@ -36,29 +81,28 @@ def draw_legend(
 ) -> None:
     """Draw the legend of an Axes: inside where it hides nothing; else below the figure.
 
-    In a figure of several Axes above the curves, for which the y axis becomes longer.
+    In a figure of several Axes above the curves, for which the y axis becomes longer. A function of
+    `apply_style` decides this at its end, for all legends of the figure by one layout.
     """
     if handles is None or labels is None:
         handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
-    inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
-    figure = get_figure(axes)
-    lay_out(figure)
-    box = inside.get_window_extent(get_renderer(figure))
-    if not _hides_curve(box, axes):
-        return
-    inside.remove()
-    if len(figure.axes) > 1:
-        _lengthen(axes, box.height / axes.get_window_extent().height)
-        axes.legend(handles, labels, loc="upper left", title=title, ncols=ncols)
-        return
-    longest = max([len(text) for text in labels])
-    columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
-    below = figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
-    lay_out(figure)
-    tall = below.get_window_extent(get_renderer(figure)).height / figure.dpi
-    figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
+    options = {"handles": handles, "labels": labels, "title": title, "ncols": ncols}
+    legend = WaitingLegend(axes, axes.legend(loc="best", **options), labels, options)
+    waiting = _waiting.get()
+    if waiting is None:
+        move_legends([legend])
+    else:
+        waiting.append(legend)
+
+
+def move_legends(legends: Sequence[WaitingLegend]) -> None:
+    """Move legends away from the curves, also of several figures, with one layout of each."""
+    for figure in dict.fromkeys(get_figure(legend.axes) for legend in legends):
+        lay_out(figure)
+    for legend in legends:
+        legend.move_from_curves()
 
 
 def _hides_curve(box: Bbox, axes: Axes) -> bool:

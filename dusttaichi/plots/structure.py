@@ -90,7 +90,7 @@ def _draw_directions(network: Structure, axes: Axes) -> None:
 def _draw_forces(network: Structure, axes: Axes) -> None:
     scale, unit = 1e9, "nN"
     low, high = np.percentile(network.normal_force, [0.5, 99.5]) * scale
-    axes.hist(network.normal_force * scale, np.linspace(low, high, 61).tolist(), color=style.ORANGE)
+    axes.hist(network.normal_force * scale, 60, (low, high), color=style.ORANGE)
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel=f"normal force ({unit}), positive for repulsion", ylabel="contacts")
 
@@ -102,7 +102,7 @@ def _draw_correlation(network: Structure, axes: Axes) -> None:
     largest = float(np.nanmax(network.correlation_error))
     if largest > 0.0:
         title = f"about {CENTRES:,} random grains, standard error at most {largest:.2g}"
-        axes.set_title(title, fontsize=8)
+        axes.set_title(title, fontsize="small")
 
 
 @figure(
@@ -143,7 +143,7 @@ def pores(run: Run, snapshot: int = -1) -> Figure:
         f"void fraction {void_pores.void:.3f} ± {void_pores.void_error:.3f}, "
         f"{void_pores.points:,} random points"
     )
-    axes.set_title(title, fontsize=8)
+    axes.set_title(title, fontsize="small")
     style.draw_legend(axes)
     return figure
 

@@ -21,7 +21,9 @@ from dusttaichi.plots.axes import finish_figure
 from dusttaichi.plots.axes import name_stages as name_stages
 from dusttaichi.plots.axes import set_few_ticks as set_few_ticks
 from dusttaichi.plots.axes import set_logarithmic as set_logarithmic
+from dusttaichi.plots.canvas import lay_out
 from dusttaichi.plots.legends import draw_legend as draw_legend
+from dusttaichi.plots.legends import gather_legends, move_legends
 from dusttaichi.plots.legends import get_original_limits as get_original_limits
 from dusttaichi.plots.legends import is_within as is_within
 from dusttaichi.plots.notebook import ShownFigure
@@ -119,9 +121,11 @@ def apply_style(function: Callable[P, T]) -> Callable[P, T]:
     def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> T:
         settings: Any = _RC | STYLES[_style.get()][1]  # matplotlib lists all keys as a type
         with rc_context(settings):
-            result = function(*args, **kwargs)
+            with gather_legends() as legends:
+                result = function(*args, **kwargs)
             if isinstance(result, ShownFigure):
-                finish_figure(result)
+                finish_figure(result, [row for row in legends if row.axes.figure is result])
+            move_legends([row for row in legends if row.axes.figure is not result])
             return result
 
     return draw_in_style
@@ -268,8 +272,8 @@ def save(figure: Figure, path: str | Path) -> Path:
 def _laid_out(figure: Figure) -> Iterator[None]:
     """Lay a Figure out, which does not happen again within: savefig would draw all twice for it."""
     engine = figure.get_layout_engine()
+    lay_out(figure)
     if engine is not None:
-        engine.execute(figure)
         figure.set_layout_engine(None)
     try:
         yield

@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.text import Annotation
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
-from dusttaichi.plots.axes import Which
+from dusttaichi.plots.canvas import Which
 from dusttaichi.plots.style import get_original_limits
 from dusttaichi.report.packing import Content
 
@@ -38,7 +38,7 @@ def make_layout(figure: Figure, axes: Sequence[Axes]) -> tuple[Content, list[str
     ends: suffixes of the names of their axes, "" or "2" ...; height: pixels without the legend,
     whose height depends on the width of the page (source/figures.js).
     """
-    figure.canvas.draw()  # determines limits, positions and ticks
+    figure.draw_without_rendering()  # determines limits, positions and ticks
     layout: Content = {
         "margin": {"l": 64, "r": 14, "t": 14, "b": 48},
         "font": {"size": 12},

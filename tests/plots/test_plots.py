@@ -6,6 +6,7 @@ import pytest
 import synthetic
 from figures import legend, line
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.profile import join_cut_bins
@@ -104,6 +105,45 @@ def test_a_legend_that_would_hide_a_curve_stands_below():
     axes.set_ylim(0, 1)
     style.draw_legend(axes)
     assert axes.get_legend() is not None and not figure.legends
+
+
+@style.apply_style
+def draw_two_panels(draw_legend=style.draw_legend):
+    figure, panels = style.create_figure(rows=2)
+    for panel in panels:
+        panel.plot([0, 1], [0, 0.1], label="low")
+        panel.set(ylim=(0, 1), ylabel="a long label of the axis beside a low panel")
+        draw_legend(panel)
+    return figure
+
+
+def test_a_figure_is_laid_out_once_for_its_legends_and_labels_and_once_to_be_saved(
+    tmp_path, monkeypatch
+):
+    layouts, execute = [], ConstrainedLayoutEngine.execute
+    monkeypatch.setattr(
+        ConstrainedLayoutEngine,
+        "execute",
+        lambda engine, figure: layouts.append(figure) or execute(engine, figure),
+    )
+    figure = draw_two_panels()
+    assert len(layouts) == 1
+    assert all("\n" in axes.get_ylabel() for axes in figure.axes)
+    plots.save(figure, tmp_path / "a.png")
+    assert len(layouts) == 2
+
+
+def test_legends_of_helpers_and_failed_figures_go_to_no_other_figure():
+    @style.apply_style
+    def fail():
+        draw_two_panels.__wrapped__()
+        raise DustError("no")
+
+    nested = style.apply_style(style.draw_legend)
+    assert [legend(axes) for axes in draw_two_panels(nested).axes] == [["low"], ["low"]]
+    with pytest.raises(DustError):
+        fail()
+    assert [legend(axes) for axes in draw_two_panels().axes] == [["low"], ["low"]]
 
 
 def test_a_bin_that_the_wall_cuts_is_one_with_the_next(runs):
