@@ -47,11 +47,7 @@ def extremes(
 def _show(data):
     from dusttaichi.studies.extremes_map import HEADINGS, summarise
 
-    headings = [
-        {"header": heading, "justify": "right" if n else "left", "no_wrap": True}
-        for n, heading in enumerate(HEADINGS)
-    ]
-    say_table(summarise(data), *headings)
+    say_table(summarise(data), *HEADINGS)
     wrong_cells = data.where(data.verdict == "WRONG", drop=True)
     for group, name, reason in zip(
         wrong_cells.group.values, wrong_cells.name.values, wrong_cells.reason.values, strict=True

@@ -8,7 +8,7 @@ from dusttaichi.grains.wall_geometry import normals_at, strengths_at
 from dusttaichi.physics.network import Contacts, limit
 
 
-def stable_step(contacts, table, motion):
+def stable_step(contacts, table, motion) -> tuple[float, float]:
     """(shortest period [s], largest stable step [s]) of the present contacts.
 
     contacts: Contacts. table: ContactTable. motion: Motion. Every contact with the slope of its

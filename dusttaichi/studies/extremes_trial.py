@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from dusttaichi import method, samples
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains import contact_network
 from dusttaichi.grains.build import build
+from dusttaichi.grains.contact_network import stable_step
 from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
@@ -69,20 +69,15 @@ def _build_grains(
     step = None
     if cell.fraction is not None:
         # a first build, with any step, for its contacts
-        period, stable = _find_limit(build(scene, sample, step=TimeStep(1e-15, inf, inf)))
+        first = build(scene, sample, step=TimeStep(1e-15, inf, inf))
+        period, stable = stable_step(first.contacts, first.contact_table, first.motion)
         step = TimeStep(cell.fraction * pi * stable, period, stable)
     sim = build(scene, sample, step=step)
     if cell.limit:
-        numbers["estimated"] = _find_limit(sim)[1]
+        _, numbers["estimated"] = stable_step(sim.contacts, sim.contact_table, sim.motion)
         numbers["measured"] = measure_stable_step(sim, numbers["estimated"])
     names = ("position", "velocity", "spin")
     return sim, lambda: dict(zip(names, sim.motion.measure(), strict=True))
-
-
-def _find_limit(sim: GrainEngine) -> tuple[float, float]:
-    """(shortest period, largest stable step) [s] of the present contacts of a GrainEngine."""
-    period, stable = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)
-    return period, stable
 
 
 def _advance(

@@ -16,32 +16,30 @@ from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import Scene
 from dusttaichi.studies.trade_judge import Judge, Row, Trade
 
-Read = Callable[[Row, Judge], Any]
-# variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
-POINTS: dict[str, tuple[str, str | None, Read]] = {
-    "parameter": ("the varied parameter, or default, preset, combined", None,
+# variables of trade.nc by point: name -> (long name, type, units or None, from row and Judge)
+POINTS: dict[str, tuple[str, type, str | None, Callable[[Row, Judge], Any]]] = {
+    "parameter": ("the varied parameter, or default, preset, combined", str, None,
                   lambda row, judge: row.variant.parameter),
-    "label": ("the point", None, lambda row, judge: row.variant.label),
-    "kind": ("numerical, physical or sample: what the parameter changes", None,
+    "label": ("the point", str, None, lambda row, judge: row.variant.label),
+    "kind": ("numerical, physical or sample: what the parameter changes", str, None,
              lambda row, judge: row.variant.kind),
-    "status": ("how the run ended, or why it was refused", None, lambda row, judge: row.status),
-    "value": ("value of the parameter, not a number for a word", "1",
+    "status": ("how the run ended, or why it was refused", str, None,
+               lambda row, judge: row.status),
+    "value": ("value of the parameter, not a number for a word", float, "1",
               lambda row, judge: row.variant.value),
-    "cost": ("core-seconds of the time steps, without start, compilation and writing", "s",
+    "cost": ("core-seconds of the time steps, without start, compilation and writing", float, "s",
              lambda row, judge: row.cost),
-    "cost_ratio": ("cost over that of the default", "1", lambda row, judge: row.ratio),
-    "error": ("relative error of the attribute `observable` against the converged reference", "1",
-              lambda row, judge: judge.error(row)),
-    "ledger_worst": ("worst relative residual of the energy ledger", "1",
+    "cost_ratio": ("cost over that of the default", float, "1", lambda row, judge: row.ratio),
+    "error": ("relative error of the attribute `observable` against the converged reference",
+              float, "1", lambda row, judge: judge.error(row)),
+    "ledger_worst": ("worst relative residual of the energy ledger", float, "1",
                      lambda row, judge: row.ledger),
-    "steps": ("time steps", "1", lambda row, judge: row.steps),
-    "time_step": ("time step", "s", lambda row, judge: row.time_step),
-}  # fmt: skip
-FLAGS: dict[str, tuple[str, Read]] = {
+    "steps": ("time steps", float, "1", lambda row, judge: row.steps),
+    "time_step": ("time step", float, "s", lambda row, judge: row.time_step),
     "free": ("the error is below the scatter of seeds (without seeds: the reference's own)",
-             lambda row, judge: judge.is_free(row)),
+             np.int8, None, lambda row, judge: judge.is_free(row)),
     "accepted": ("the error is within the tolerance, or free where the kind is numerical",
-                 lambda row, judge: judge.accepts(row)),
+                 np.int8, None, lambda row, judge: judge.accepts(row)),
 }  # fmt: skip
 
 
@@ -66,11 +64,8 @@ def build_dataset(trade: Trade, user_scene: Scene) -> xr.Dataset:
         values = [math.nan if value is None else value for value in values]
         data[name] = (dimension, np.array(values, dtype=dtype), attributes)
 
-    for name, (text, units, read) in POINTS.items():
-        dtype = str if units is None else float
+    for name, (text, dtype, units, read) in POINTS.items():
         put(name, "point", [read(row, judge) for row in rows], text, units, dtype=dtype)
-    for name, (text, read) in FLAGS.items():
-        put(name, "point", [read(row, judge) for row in rows], text, dtype=np.int8)
     for name in names:
         text, unit = describe_observable(name)
         values, errors = zip(*(errors[name] for errors in errors_by_row), strict=True)
@@ -139,11 +134,10 @@ def format_percent(value: float) -> str:
 
 
 TEXTS = ("point", "changes", "")  # headings of columns without numbers
-HEADINGS: tuple[dict[str, Any], ...] = tuple(
-    {"header": header, "justify": "left" if header in TEXTS else "right",
-     "no_wrap": header != "point"}
+HEADINGS = tuple(
+    {"header": header, "justify": "left" if header in TEXTS else "right"}
     for header in ("point", "changes", "cost/default", "core-s", "error", "", "ledger")
-)  # fmt: skip
+)
 
 
 def build_table(trade: Trade) -> tuple[str, list[tuple[str, ...]]]:

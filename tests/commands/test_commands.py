@@ -23,6 +23,7 @@ from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.running.progress import ProgressBar
 from dusttaichi.scene import shipped
+from dusttaichi.studies import extremes_map, trade_report
 from dusttaichi.studies.scene_settings import apply_common_settings
 from dusttaichi.studies.sweep_study import sweep
 
@@ -253,6 +254,16 @@ def test_a_table_too_wide_goes_on_below(width, capsys, monkeypatch):
     tables = [line for line in lines if line.startswith("seed")]
     assert (len(tables) == 1) == (width == 300) and len(tables) < 12
     assert sum(line.startswith("2") for line in lines) == len(tables)
+
+
+@pytest.mark.parametrize("headings", [extremes_map.HEADINGS, trade_report.HEADINGS])
+def test_numbers_of_a_study_are_not_cut_in_a_narrow_terminal(headings, capsys, monkeypatch):
+    monkeypatch.setattr(console.console, "_width", 60)
+    rows = [(f"point {n}", *[str(n) * 9] * (len(headings) - 1)) for n in (7, 8)]
+    console.say_table(rows, *headings)
+    printed = capsys.readouterr().out
+    digits = 9 * (len(headings) - 1) + 1  # a number may go on in the next line
+    assert [printed.count("7"), printed.count("8")] == [digits, digits]
 
 
 def terminal(width):
