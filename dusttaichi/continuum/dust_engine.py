@@ -45,6 +45,7 @@ class DustEngine(EngineOfParts):
     """
 
     step_key, storing = "numerics.cfl", ("artificial",)
+    remedies = ("a larger numerics.viscosity.grid", "a lower speed")
     binds = False  # no energy of bonds with which kinetic energy could be compared
 
     def __init__(self, scene, prepared, compiled, tables):

@@ -30,7 +30,7 @@ from dusttaichi.grains.start import start
 from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.stepper import Stepper
 from dusttaichi.grains.time_step import short_loads
-from dusttaichi.grains.validity import validate
+from dusttaichi.grains.validity import name_invalid, validate
 from dusttaichi.method import EngineOfParts, State
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
@@ -152,6 +152,9 @@ class GrainEngine(EngineOfParts):
 
     def validate(self, measurement):
         validate(measurement, self, self.motion, self.contacts, self.sphere)
+
+    def name_invalid(self):
+        return name_invalid(self.motion)
 
     def sums(self):
         out = {"lengths": self.environment.lengths()}

@@ -1,6 +1,4 @@
-"""Guards of grains: contacts that are too deep, grains beyond their walls, invalid numbers."""
-
-from math import isfinite
+"""Guards of grains: contacts that are too deep, grains beyond their walls."""
 
 import numpy as np
 
@@ -18,25 +16,16 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
     MovingSphere, or None. grains: those of the Measurement, by the sample's numbers, of which the
     message counts from the first on.
     """
-    m = measurement.parts
-    if not isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
-        raise GuardStop(
-            f"{moment(run)} the energy is not a number{_find_culprit(motion, grains)}: the step is "
-            f"too long. {_start(run)} a smaller numerics.time_step or a lower speed."
-        )
-    if m["largest_strain"] > LARGEST_OVERLAP:
+    strain = measurement.parts["largest_strain"]
+    if strain > LARGEST_OVERLAP:
+        start = f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
         raise GuardStop(
             f"{moment(run)} a contact{_find_deepest(contacts, grains)} overlaps by "
-            f"{m['largest_strain']:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: "
-            f"the contact model does not hold there. {_start(run)} {_name_speed(motion, sphere)}, "
-            "an earlier stop, or a smaller numerics.time_step."
+            f"{strain:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: the contact "
+            f"model does not hold there. {start} {_name_speed(motion, sphere)}, an earlier stop, "
+            "or a smaller numerics.time_step."
         )
     _check_inside(run, motion, sphere)
-
-
-def _start(run):
-    """Sentence on the start, if it may be the cause, and the beginning of the advice."""
-    return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
 
 
 def _name_speed(motion, sphere):
@@ -49,7 +38,8 @@ def _name_speed(motion, sphere):
     return "a lower impact speed" if sphere is None else "a lower speed of the sphere"
 
 
-def _find_culprit(motion, grains):
+def name_invalid(motion, grains=slice(None)):
+    """The first of these grains whose position or velocity is not a number, in brackets, or ""."""
     x, v, _ = motion.measure()[:, grains]
     invalid_grains = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
     return (

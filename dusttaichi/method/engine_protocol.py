@@ -259,7 +259,11 @@ class Engine(Protocol):
         """Records of "profiles" or "snapshots" now, and of the groups that belong to them."""
 
     def validate(self, measurement: Measurement) -> None:
-        """Check the state with the guards of the method; the guard of the ledger is the run's.
+        """Check the state with the guards of the method; those of the energy are the run's.
+
+        These read two further attributes of an engine, if it has them: `remedies`, a tuple of what
+        to try beside a shorter step where the energy is not a number, and `name_invalid()`, which
+        names the particles in question in brackets.
 
         Raises
         ------

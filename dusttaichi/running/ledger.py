@@ -59,17 +59,19 @@ def next_check(step: int, first: int, size: int) -> int:
 
 
 def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) -> None:
-    """Raise GuardStop if a Measurement shows an invalid run.
+    """Raise GuardStop if a Measurement shows an invalid run, by itself or to the method.
 
-    After the validity checks of the method. tolerance: allowed residual, as a share of the energy
-    that has gone through the system or is bound in its contacts.
+    tolerance: allowed residual, as a share of the energy that has gone through the system or is
+    bound in its contacts.
     """
-    sim.validate(m)
     if not isfinite(m.energy) or not np.isfinite(m.losses).all():
+        invalid_particles = getattr(sim, "name_invalid", str)()
+        remedies = getattr(sim, "remedies", ("a lower speed",))
         raise GuardStop(
-            f"{moment(sim)} the energy is not a number"
-            + _cause(sim, "the step is too long", "a lower speed")
+            f"{moment(sim)} the energy is not a number{invalid_particles}"
+            + _cause(sim, "the step is too long", *remedies)
         )
+    sim.validate(m)
     residual, through = turnover(m, start)
     if abs(residual) > tolerance * through:
         raise GuardStop(

@@ -197,6 +197,11 @@ class MemberBodies(Encounter):
         grains = self._members.grains(self.member)
         validity.validate(measurement, self, run.motion, run.contacts, run.sphere, grains=grains)
 
+    def name_invalid(self) -> str:
+        """Its first grain whose position or velocity is not a number, for the guard, or ""."""
+        grains = self._members.grains(self.member)
+        return str(validity.name_invalid(self.run.motion, grains))
+
     def measure_relative_motion(self) -> NDArray[np.float64]:
         """Distance [m] and velocity [m/s] of the first body from the second, (2, 3)."""
         return self._motion

@@ -94,6 +94,11 @@ def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     sim.validate, sim.step_key = lambda m: None, key
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, measurement, start)
+    sim.remedies, sim.name_invalid = ("less heat",), lambda: " (particle 7)"
+    with pytest.raises(GuardStop) as stop:
+        ledger.check(sim, measurement, start)
+    particle = "is not a number (particle 7)" in str(stop.value)
+    assert particle == ("or less heat" in str(stop.value)) == np.isnan(lost)
     assert DustEngine.step_key == "numerics.cfl"
     assert SimpleEngine.step_key == GrainEngine.step_key == "numerics.time_step"
 
