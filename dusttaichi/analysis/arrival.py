@@ -168,8 +168,7 @@ def _distance(start: Frame, pushed: int | str) -> NDArray[np.float64]:
             allowed = ", ".join(present) or "none"
             raise DustError(f'There is no wall "{pushed}"; allowed: {allowed}.')
         along = positions[:, WALLS.index(pushed) // 2]
-        from_wall: NDArray[np.float64] = np.abs(along - present[pushed])
-        return from_wall
+        return np.abs(along - present[pushed])
     if not 0 <= pushed < len(positions):
         raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(positions) - 1}.")
     away = start.nearest(positions - positions[pushed])

@@ -132,10 +132,7 @@ def sum_fragments(
     number, mass = len(weighed), weighed.mass
 
     def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        means: NDArray[np.float64] = (
-            _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
-        )
-        return means
+        return _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
 
     centre, velocity = mean(position), mean(velocity_of_grains)
     offset, relative = position - centre[label], velocity_of_grains - velocity[label]

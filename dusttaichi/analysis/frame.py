@@ -294,8 +294,7 @@ def read_frame(run: Run, snapshot: int = -1, contacts: bool | Sequence[str] = Tr
 def _read_vectors(data: xr.Dataset, name: str) -> Floats:
     """(N, 3) of a snapshot; not a number where output.variables excludes it."""
     if name in data:
-        vectors: Floats = data[name].values.astype(float)
-        return vectors
+        return data[name].values.astype(float)
     return np.full(data.position.shape, np.nan)
 
 

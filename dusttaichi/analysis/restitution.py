@@ -185,8 +185,7 @@ def _compute_centre(frame: Frame, body: Body, masses: NDArray[np.float64]) -> ND
 
 
 def _compute_velocity(frame: Frame, body: Body, masses: NDArray[np.float64]) -> NDArray[np.float64]:
-    velocity: NDArray[np.float64] = np.average(frame.velocity[body], axis=0, weights=masses[body])
-    return velocity
+    return np.average(frame.velocity[body], axis=0, weights=masses[body])
 
 
 def _compute_wall_velocity(run: Run, frame: Frame, side: int) -> float:

@@ -212,8 +212,7 @@ def load_method(name: str) -> Method:
     KeyError
         There is none.
     """
-    method: Method = METHODS[name]
-    return method
+    return METHODS[name]
 
 
 def attribute(reference: Any) -> Any:
@@ -224,7 +223,7 @@ def attribute(reference: Any) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-METHODS = Registry("method", _methods_of_package(), attribute)
+METHODS: Registry[str, Method] = Registry("method", _methods_of_package(), attribute)
 
 
 def defer_import(reference: str) -> Callable[..., Any]:

@@ -52,8 +52,7 @@ class Selection:
 
         def read(variable: xr.Variable) -> NDArray[Any]:
             if dimension not in variable.dims:
-                values: NDArray[Any] = variable.values
-                return values
+                return variable.values
             if "snapshot" not in variable.dims:
                 return self.take(variable.values)
             # a snapshot at a time: a file is slow to read by many single numbers

@@ -158,5 +158,4 @@ def read_at(array: xr.DataArray, **labels: Any) -> NDArray[Any]:
     entries = (
         indexes[dim].get_loc(labels[dim]) if dim in labels else slice(None) for dim in array.dims
     )
-    values: NDArray[Any] = array.values[tuple(entries)]
-    return values
+    return array.values[tuple(entries)]

@@ -6,7 +6,7 @@ import bisect
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from dusttaichi.results.pieces import Piece
 
 
+Read = TypeVar("Read")  # what a function reads of a result
 ATTEMPTS = 3  # while a run joins its parts
 SMALL = 64  # largest number of entries of a record for which a variable is read at once
 
@@ -33,8 +34,7 @@ def open_tree(path: str | Path) -> xr.DataTree:
 
     Raises as `integrity.open_netcdf`; RuntimeError, ValueError or KeyError for other contents.
     """
-    tree: xr.DataTree = _retry_reading(_open, path)
-    return tree
+    return _retry_reading(_open, path)
 
 
 def load_groups(path: str | Path, *names: str) -> dict[str, xr.Dataset]:
@@ -42,8 +42,7 @@ def load_groups(path: str | Path, *names: str) -> dict[str, xr.Dataset]:
 
     Raises as `open_tree`.
     """
-    groups: dict[str, xr.Dataset] = _retry_reading(_load, path, names)
-    return groups
+    return _retry_reading(_load, path, names)
 
 
 def load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
@@ -51,11 +50,10 @@ def load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
 
     Raises as `open_tree`.
     """
-    values: NDArray[Any] = _retry_reading(_load_variable, path, group, name)
-    return values
+    return _retry_reading(_load_variable, path, group, name)
 
 
-def _retry_reading(read: Callable[..., Any], path: str | Path, *arguments: Any) -> Any:
+def _retry_reading(read: Callable[..., Read], path: str | Path, *arguments: Any) -> Read:
     """Read a result by a function, also where its parts are just being joined."""
     for _ in range(ATTEMPTS):
         try:

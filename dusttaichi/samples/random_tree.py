@@ -144,8 +144,7 @@ class _Batch:
         sources, tree = sources[finite], scipy.spatial.cKDTree(centres[finite])
         trial, number = np.nonzero(np.arange(POINTS) < self._tried[:, None])
         i, j = _find_pairs(tree, self._points[trial, number], self._ranges[trial, number])
-        affected: NDArray[np.integer] = np.unique(trial[i[sources[j] < trial[i]]])
-        return affected
+        return np.unique(trial[i[sources[j] < trial[i]]])
 
     def _try(self, trials: Any, numbers: Any) -> None:
         """Make these trials, of the grains with these numbers (T,), among those of `positions`."""

@@ -32,8 +32,7 @@ def validate_law(registry: NamedLaws, kind: str, value: Any, key: str = "law") -
             [(key, f"{names} is needed, or the name of a law that is registered")]
         )
     block = registry.block_of(kind, name)
-    law_block: Block | None = None if block is None else block.model_validate(value)
-    return law_block
+    return None if block is None else block.model_validate(value)
 
 
 class RegisteredLaws:

@@ -307,5 +307,4 @@ def _chosen_step(scene: Scene, sample: Sample) -> TimeStep:
         v = sample.velocities - sample.velocities[0]
         sample = replace(sample, velocities=np.round(v / speed, ROUNDED) * speed)
     scene = scale_materials(scene)
-    step: TimeStep = chosen_step(ContactTable.for_sample(scene, sample), sample)
-    return step
+    return chosen_step(ContactTable.for_sample(scene, sample), sample)

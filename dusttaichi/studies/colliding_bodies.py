@@ -208,8 +208,7 @@ class MemberBodies(Encounter):
 
     def label_grains(self) -> NDArray[np.intp]:
         """Fragment of each grain (N,) at the last look with energies, 0 the heaviest."""
-        label: NDArray[np.intp] = largest_first(number_by_first(self._fragment), self.masses)
-        return label
+        return largest_first(number_by_first(self._fragment), self.masses)
 
     def count_fragments(self) -> list[int]:
         """Grains of the fragments at that look, smallest first."""

@@ -38,8 +38,7 @@ IRRELEVANT_KEYS = (("output", "directory"), ("output", "checkpoint"), ("numerics
 
 def read_result_keys(text: str) -> dict[str, Any]:
     """Scene of a YAML text as plain data, without the keys that do not change the result."""
-    data: dict[str, Any] = without(yaml.safe_load(text), IRRELEVANT_KEYS)
-    return data
+    return without(yaml.safe_load(text), IRRELEVANT_KEYS)
 
 
 def make_run_name(scene: Scene, label: str) -> str:
