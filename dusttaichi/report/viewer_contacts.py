@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,17 @@ SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
 COORDINATION, BODY, DISSIPATED = "coordination number", "body", "energy dissipated in contacts"
 
 
+class SnapshotContacts(NamedTuple):
+    """Contacts between the shown grains of a snapshot, and what follows of these grains."""
+
+    ends: NDArray[np.integer]  #: Grains of each contact, or grain and wall, (contacts, 2).
+    force: NDArray[np.float64] | None  #: Normal forces [N], (contacts,).
+    coordination: NDArray[np.integer]  #: (grains,).
+    fragment: NDArray[np.integer]  #: 0 of the largest, FRAGMENTS of all small ones, (grains,).
+    load: NDArray[np.float64] | None  #: Sums of the sizes of all forces on a grain [N], (grains,).
+    dissipated: NDArray[np.float64] | None  #: As of sum_dissipation [J], (grains,).
+
+
 def collect_contacts(
     run: Run, frames: xr.Dataset, selection: Selection
 ) -> tuple[Content | None, list[Content | None]]:
@@ -44,59 +55,76 @@ def collect_contacts(
     tree = run.tree
     if tree is None or "contacts" not in tree.children or "contact_count" not in frames:
         return None, []
-    count, rows = selection.count, frames.sizes["snapshot"]
     steps = tree["snapshots"].step.values
     numbers = [int(np.flatnonzero(steps == step)[-1]) for step in frames.step.values]
-    ends, forces, coordination, labels, load, losses = [], [], [], [], [], []
-    for number in numbers:
-        frame = read_frame(run, number, contacts=NEEDED)
-        pair_forces = compute_normal_force(run, frame)
-        ends_on_walls, wall_forces = _list_wall_contacts(run, frame, pair_forces is not None)
-        between, pairs = selection.renumber(frame.pairs)
-        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
-        reached, on_walls = selection.renumber(ends_on_walls[:, :1])
-        on_walls = np.column_stack([on_walls[:, 0], ends_on_walls[reached, 1] + selection.size])
-        ends.append(np.concatenate([pairs[order], on_walls]))
-        coordination.append(selection.take(frame.coordination))
-        label = np.minimum(label_fragments(frame, frame.radius**3), FRAGMENTS)
-        labels.append(selection.take(label))
-        losses += (
-            []
-            if "loss" not in frame.require_contacts()
-            else [selection.take(sum_dissipation(run, frame))]
-        )
-        if pair_forces is not None:
-            forces.append(np.concatenate([pair_forces[between][order], wall_forces[reached]]))
-            grains, forces_of_ends = (
-                np.append(frame.pairs.T.ravel(), ends_on_walls[:, 0]),
-                [pair_forces, pair_forces, wall_forces],
-            )
-            sums = np.bincount(grains, np.abs(np.concatenate(forces_of_ends)), minlength=count)
-            load.append(selection.take(sums))
-    quantities: list[Content | None] = [
-        make_number_quantity(COORDINATION, "", np.array(coordination), rows),
-        make_class_quantity("fragment", np.array(labels), _name_fragments(labels), rows),
-    ]
+    snapshots = [_read_contacts(run, number, selection) for number in numbers]
+    quantities = _list_quantities(snapshots)
+    if run.collides:
+        body = np.zeros(selection.count, int)
+        body[run.bodies()[1]] = 1
+        names = {0: "target", 1: "projectile"}
+        quantities.append(make_class_quantity(BODY, selection.take(body), names, len(snapshots)))
+    return _pack_contacts(snapshots), quantities
+
+
+def _read_contacts(run: Run, number: int, selection: Selection) -> SnapshotContacts:
+    frame = read_frame(run, number, contacts=NEEDED)
+    pair_forces = compute_normal_force(run, frame)
+    ends_on_walls, wall_forces = _list_wall_contacts(run, frame, pair_forces is not None)
+    between, pairs = selection.renumber(frame.pairs)
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    reached, on_walls = selection.renumber(ends_on_walls[:, :1])
+    on_walls = np.column_stack([on_walls[:, 0], ends_on_walls[reached, 1] + selection.size])
+    force = load = dissipated = None
+    if pair_forces is not None:
+        force = np.concatenate([pair_forces[between][order], wall_forces[reached]])
+        grains = np.append(frame.pairs.T.ravel(), ends_on_walls[:, 0])
+        sizes = np.abs(np.concatenate([pair_forces, pair_forces, wall_forces]))
+        load = selection.take(np.bincount(grains, sizes, minlength=selection.count))
+    if "loss" in frame.require_contacts():
+        dissipated = selection.take(sum_dissipation(run, frame))
+    return SnapshotContacts(
+        np.concatenate([pairs[order], on_walls]),
+        force,
+        selection.take(frame.coordination),
+        selection.take(np.minimum(label_fragments(frame, frame.radius**3), FRAGMENTS)),
+        load,
+        dissipated,
+    )
+
+
+def _pack_contacts(snapshots: Sequence[SnapshotContacts]) -> Content:
+    """Ends and forces of the contacts of all snapshots, one after another."""
+    ends = [snapshot.ends for snapshot in snapshots]
     contacts: Content = {"counts": [len(e) for e in ends], "force": None}
     contacts["ends"] = pack_array(np.concatenate(ends).astype("u4")) if ends else None
+    forces = [snapshot.force for snapshot in snapshots if snapshot.force is not None]
     if forces:
         everything = np.concatenate(forces)
         contacts["force"] = quantise(everything * 1e9)
         squeezed = np.abs(everything) if len(everything) else np.ones(1)
         contacts["largest"] = float(np.percentile(squeezed, OUTLIERS)) * 1e9 or 1.0
-        quantities.append(
-            make_number_quantity("sum of contact forces", "nN", 1e9 * np.array(load), rows)
-        )
+    return contacts
+
+
+def _list_quantities(snapshots: Sequence[SnapshotContacts]) -> list[Content | None]:
+    """Quantities of the grains, (snapshots, grains) each."""
+    rows = len(snapshots)
+    coordination = np.array([snapshot.coordination for snapshot in snapshots])
+    fragments = [snapshot.fragment for snapshot in snapshots]
+    quantities: list[Content | None] = [
+        make_number_quantity(COORDINATION, "", coordination, rows),
+        make_class_quantity("fragment", np.array(fragments), _name_fragments(fragments), rows),
+    ]
+    loads = [snapshot.load for snapshot in snapshots if snapshot.load is not None]
+    if loads:
+        forces = 1e9 * np.array(loads)
+        quantities.append(make_number_quantity("sum of contact forces", "nN", forces, rows))
+    losses = [snapshot.dissipated for snapshot in snapshots if snapshot.dissipated is not None]
     if losses:
         factor, unit = style.choose_unit(float(np.max(losses)), style.ENERGIES)
         quantities.append(make_number_quantity(DISSIPATED, unit, factor * np.array(losses), rows))
-    if run.collides:
-        body = np.zeros(count, int)
-        body[run.bodies()[1]] = 1
-        quantities.append(
-            make_class_quantity(BODY, selection.take(body), {0: "target", 1: "projectile"}, rows)
-        )
-    return contacts, quantities
+    return quantities
 
 
 def sum_dissipation(run: Run, frame: Frame) -> NDArray[np.float64]:
