@@ -90,13 +90,7 @@ def gather(
     data["replica"].attrs["long_name"] = "number of the replica"
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
-    series = {}
-    for key, variable in _series(stages, name, grid).items():
-        shaped = variable.values.reshape(*shape, *variable.shape[1:])
-        series[key] = ((*dims, *variable.dims[1:]), shaped, variable.attrs)
-    data.update(series)  # at once: xarray aligns all variables with each one that comes
-    for stage in (part for part in stages if part is not None):
-        data.coords.update({k: v for k, v in stage.coords.items() if "time" not in v.dims})
+    _add_series(data, stages, data[name], dims, shape)
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for add in (add_extremes, add_stages, add_compression):
         add(data, runs, dims, shape)
@@ -106,12 +100,33 @@ def gather(
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
     data["replica_count"] = ((*axes, name), count, about)
-    for label in COPIED:
-        texts = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
-        data.attrs |= {label: ", ".join(texts)} if texts else {}
+    data.attrs |= _join_attributes(present)
     data.attrs |= {"Conventions": "CF-1.11", "coordinate": name, **(attrs or {})}
     data.attrs["convention"] = CONVENTION.format(coordinate=name)
     return data
+
+
+def _add_series(
+    data: xr.Dataset,
+    stages: Sequence[xr.Dataset | None],
+    grid: xr.DataArray,
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+) -> None:
+    """Add the series of the stages over a common coordinate, with the coordinates of the stages."""
+    series = {}
+    for key, variable in _series(stages, str(grid.name), grid.values).items():
+        shaped = variable.values.reshape(*shape, *variable.shape[1:])
+        series[key] = ((*dims, *variable.dims[1:]), shaped, variable.attrs)
+    data.update(series)  # at once: xarray aligns all variables with each one that comes
+    for stage in (part for part in stages if part is not None):
+        data.coords.update({k: v for k, v in stage.coords.items() if "time" not in v.dims})
+
+
+def _join_attributes(runs: Sequence[Run]) -> dict[str, str]:
+    """Global attributes that a dataset has of its runs (COPIED), of several values all of them."""
+    texts = {name: {str(run.attrs[name]) for run in runs if name in run.attrs} for name in COPIED}
+    return {name: ", ".join(sorted(values)) for name, values in texts.items() if values}
 
 
 def _last_stage(run: Run) -> xr.Dataset:
