@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
-from dusttaichi.scene import quantities
+from dusttaichi.scene.dimensions import DIMENSIONS
 
 DECIMALS = 5  # more than these are written as powers of ten
 _NUMBER = re.compile(r"(?<![\w.-])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w-])")
@@ -17,7 +17,7 @@ _POWERS = {
     dimension.unit: sorted(
         ((power, unit) for unit, power in dimension.powers.items()), reverse=True
     )
-    for dimension in quantities.DIMENSIONS.values()
+    for dimension in DIMENSIONS.values()
 }
 
 

@@ -8,8 +8,8 @@ from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.values import TOO_NARROW
 from dusttaichi.scene import forces, gravity, push, sphere, surfaces
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
+from dusttaichi.scene.dimensions import DIMENSIONS
 from dusttaichi.scene.fields import Faults
-from dusttaichi.scene.quantities import DIMENSIONS
 
 LARGEST_CONTACT = 0.25  # of the radius: grains at rest then overlap by a twentieth of it
 LEAST_POISSON = 0.01

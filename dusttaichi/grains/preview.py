@@ -18,6 +18,7 @@ from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.sample import LARGEST_ERROR
 from dusttaichi.scene import quantities
+from dusttaichi.scene.dimensions import DIMENSIONS
 from dusttaichi.scene.forces import find_law, list_forces
 from dusttaichi.scene.material import DEFAULT
 
@@ -194,7 +195,7 @@ def _contact(c, scene):
 
 def _number(value, unit):
     """A number of a law with its unit."""
-    for name, dimension in quantities.DIMENSIONS.items():
+    for name, dimension in DIMENSIONS.items():
         if dimension.unit == unit:
             return quantities.format(value, name, digits=5)
     return f"{value:.5g} {unit}".removesuffix(" 1")

@@ -73,7 +73,7 @@ class SimpleEngine:
         return self.state()
 
     def restore(self, state: State) -> None:
-        for name, value in (state.numbers | state.arrays).items():
+        for name, value in {**state.numbers, **state.arrays}.items():
             setattr(self, name, value.copy() if name in state.arrays else value)
 
     def sizes(self) -> dict[str, int | tuple[str, ...]]:

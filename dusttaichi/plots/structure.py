@@ -90,7 +90,7 @@ def _draw_directions(network: Structure, axes: Axes) -> None:
 def _draw_forces(network: Structure, axes: Axes) -> None:
     scale, unit = 1e9, "nN"
     low, high = np.percentile(network.normal_force, [0.5, 99.5]) * scale
-    axes.hist(network.normal_force * scale, 60, (low, high), color=style.ORANGE)
+    axes.hist(network.normal_force * scale, bins=60, range=(low, high), color=style.ORANGE)
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel=f"normal force ({unit}), positive for repulsion", ylabel="contacts")
 

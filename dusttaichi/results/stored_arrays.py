@@ -103,7 +103,7 @@ def yield_blocks(
         entry = StoredArray(name, numbers.dtype.str, shape, exceptions, start, 0)
         checksum = 0
         for block in blocks:
-            view = memoryview(block.view(np.uint8))
+            view = block.view(np.uint8).data
             checksum = zlib.crc32(view, checksum)
             yield view
             start += len(view)
@@ -150,7 +150,7 @@ def open_arrays(
         if length > size - _END - len(magic):
             raise ValueError(DAMAGED)
         file.seek(size - _END - length)
-        text = bytes(_fill(file, bytearray(length)))
+        text = _read_bytes(file, length).tobytes()
         if zlib.crc32(text) != int.from_bytes(end[8:], "little"):
             raise ValueError(DAMAGED)
         content = json.loads(text)
@@ -161,10 +161,10 @@ def open_arrays(
 def read_array(file: BinaryIO, stored: StoredArray) -> NDArray[Any]:
     """An array of an open file. Raises ValueError where it is damaged."""
     file.seek(stored.start)
-    blocks = [_fill(file, np.empty(size, np.uint8)) for size in stored.sizes]
+    blocks = [_read_bytes(file, size) for size in stored.sizes]
     checksum = 0
     for block in blocks:
-        checksum = zlib.crc32(block, checksum)
+        checksum = zlib.crc32(block.data, checksum)
     if checksum != stored.checksum:
         raise ValueError(DAMAGED)
     if stored.exceptions == ALL:
@@ -179,13 +179,14 @@ def read_rows(file: BinaryIO, stored: StoredArray, low: int, high: int) -> NDArr
     """Rows `low` to before `high` of an array that is stored in full; no checksum is compared."""
     row = stored.sizes[0] // max(stored.shape[0], 1)
     file.seek(stored.start + low * row)
-    values = _fill(file, np.empty((high - low) * row, np.uint8))
+    values = _read_bytes(file, (high - low) * row)
     return values.view(stored.dtype).reshape(high - low, *stored.shape[1:])
 
 
-def _fill(file: BinaryIO, buffer: Any) -> Any:
-    """Fill a buffer from a file. Raises ValueError where it ends before."""
-    view = memoryview(buffer).cast("B") if len(buffer) else memoryview(b"")
+def _read_bytes(file: BinaryIO, size: int) -> NDArray[np.uint8]:
+    """The next bytes of a file, in memory of their own. Raises ValueError where it ends before."""
+    buffer = np.empty(size, np.uint8)
+    view = buffer.data
     while view:
         if not (count := file.readinto(view)):  # type: ignore[attr-defined]
             raise ValueError(DAMAGED)

@@ -13,9 +13,10 @@ import yaml
 from dusttaichi.errors import DustError
 from dusttaichi.results.plain import plain
 from dusttaichi.scene import Scene
+from dusttaichi.scene.dimensions import DIMENSIONS
 from dusttaichi.scene.fields import Block
 from dusttaichi.scene.keys import collect_annotations
-from dusttaichi.scene.quantities import DIMENSIONS, Quantity, split_quantity
+from dusttaichi.scene.quantities import Quantity, split_quantity
 from dusttaichi.scene.yaml_text import read
 
 SINGLE_VALUED = ("name", "replicas")  # keys of which all runs of a sweep have the same value

@@ -21,7 +21,7 @@ from dusttaichi.grains.kernels.store import PLANES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import block_in, properties_of
 from dusttaichi.physics.surfaces.surface_model import CURVATURE
-from dusttaichi.scene.quantities import DIMENSIONS
+from dusttaichi.scene.dimensions import DIMENSIONS
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
 equilibrium_overlap = ti.func(constants.equilibrium_overlap)
