@@ -30,7 +30,7 @@ from dusttaichi.grains.start import start
 from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.stepper import Stepper
 from dusttaichi.grains.time_step import short_loads
-from dusttaichi.grains.validity import name_invalid, validate
+from dusttaichi.grains.validity import explain_packing, name_invalid, validate
 from dusttaichi.method import EngineOfParts, State
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
@@ -155,6 +155,10 @@ class GrainEngine(EngineOfParts):
 
     def name_invalid(self):
         return name_invalid(self.motion)
+
+    def explain_state(self, measurement):
+        """Cause of an open ledger and advice, if the present state shows them, or ""."""
+        return explain_packing(measurement, self.motion)
 
     def sums(self):
         out = {"lengths": self.environment.lengths()}

@@ -4,10 +4,12 @@ from contextlib import nullcontext
 from math import hypot, isfinite, sqrt
 
 import numpy as np
+import scipy
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.grain_cells import CELLS_PER_GRAIN, FARTHEST, FURTHER_CELLS
+from dusttaichi.grains.validity import LARGEST_OVERLAP
 from dusttaichi.particles.cells import Bounds, lay_grid
 
 LIGHT = 299792458.0  # um/us
@@ -15,6 +17,7 @@ FARTHEST_WAY = 0.5  # of the smallest radius, by which a grain may move in a ste
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
 STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
+DEEP_AMONG = 13  # grains examined for deep overlaps: itself, and twelve that may touch it
 NOWHERE = -1e30  # reach of a wall that is not there [um]
 
 
@@ -210,17 +213,38 @@ class Search:
 
     def _check_room(self):
         problem, time = self._state.overflow, self._environment.time
-        if problem == 1:
-            raise GuardStop(
-                f"At {time:.6g} µs some grain has more neighbours than fit around it: "
-                "grains overlap without limit. Try a smaller numerics.time_step, a lower speed, "
-                "or a smaller numerics.skin."
-            )
+        if not problem:
+            return
+        skin = (self.fixed_skin or 0.0) / self._bodies.smallest
+        shorter = "a smaller numerics.skin"
+        if skin > SKIN[1]:
+            shorter = f"numerics.skin: auto, which is at most {SKIN[1]:g}"
         if problem == 2:
             raise GuardStop(
-                f"At {time:.6g} µs more grains are near walls than their capacity. Try a "
-                "smaller numerics.skin, or a sample that is higher than two grains."
+                f"At {time:.6g} µs more grains are near walls than their capacity. Try "
+                f"{shorter + ', or ' if skin else ''}a sample that is higher than two grains."
             )
+        # members of a simulation may lie in each other
+        if skin > SKIN[1] and (self._members > 1 or not self._find_deep_overlap()):
+            raise GuardStop(
+                f"At {time:.6g} µs the grains have more neighbours within numerics.skin = "
+                f"{skin:.3g} radii than the lists hold. Try {shorter}."
+            )
+        raise GuardStop(
+            f"At {time:.6g} µs some grain has more neighbours than fit around it: grains overlap "
+            "without limit. Try a smaller numerics.time_step or a lower speed"
+            f"{', or ' + shorter if skin else ''}."
+        )
+
+    def _find_deep_overlap(self):
+        """True where a grain overlaps with one of those nearest to it beyond the contact model."""
+        x, bodies = self._state.of_grains("x"), self._bodies
+        radii = bodies.grain_radii[self._state.order]
+        count = min(DEEP_AMONG, len(x))
+        distance, near = scipy.spatial.cKDTree(x).query(x, k=range(1, count + 1))
+        smaller = np.minimum(radii[:, None], radii[near])
+        overlap = radii[:, None] + radii[near] - distance
+        return bool((overlap[:, 1:] > LARGEST_OVERLAP * smaller[:, 1:]).any())
 
     def _check_speed(self, speed):
         """Stop before a grain passes through another within a step; speed: the fastest [um/us]."""

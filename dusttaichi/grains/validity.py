@@ -7,6 +7,11 @@ from dusttaichi.grains.wall_geometry import name_walls
 from dusttaichi.method import moment
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
+PACKED = 0.6
+"""Filling factor from which a closing box squeezes grains that have no space to move into: a little
+below that of a random close packing of equal spheres, since grains beside walls are looser."""
+RANDOM_CLOSE = 0.64  # filling factor (Scott & Kilgour 1969)
+SQUEEZED = 0.02  # largest overlap over the radius, ten times that of micrometre grains at rest
 
 
 def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
@@ -19,13 +24,32 @@ def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
     strain = measurement.parts["largest_strain"]
     if strain > LARGEST_OVERLAP:
         start = f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
+        speed = _name_speed(motion, sphere)
+        advice = f"{start} {speed}, an earlier stop, or a smaller numerics.time_step."
+        if packing := explain_packing(measurement, motion):
+            advice = f"{packing[:1].upper()}{packing[1:]}, or {speed}."
         raise GuardStop(
             f"{moment(run)} a contact{_find_deepest(contacts, grains)} overlaps by "
             f"{strain:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: the contact "
-            f"model does not hold there. {start} {_name_speed(motion, sphere)}, an earlier stop, "
-            "or a smaller numerics.time_step."
+            f"model does not hold there. {advice}"
         )
     _check_inside(run, motion, sphere)
+
+
+def explain_packing(measurement, motion):
+    """Cause and advice, without a full stop, where a closing box squeezes its grains; or ""."""
+    environment = motion.environment
+    closing = environment.domain.fastest_wall > 0.0 or environment.closing_speed() > 0.0
+    if not closing or measurement.parts["largest_strain"] < SQUEEZED:
+        return ""
+    phi = motion.bodies.volume / np.prod(environment.lengths())
+    if not phi >= PACKED:  # not a number in open space
+        return ""
+    return (
+        f"the box is pressed past what its grains can bear: its filling factor is {phi:.3g} "
+        f"(random close packing: {RANDOM_CLOSE:g}). Stop earlier, with stop.filling_factor below "
+        f"{PACKED:g} or a stop.pressure"
+    )
 
 
 def _name_speed(motion, sphere):

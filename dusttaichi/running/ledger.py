@@ -69,7 +69,7 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
         remedies = getattr(sim, "remedies", ("a lower speed",))
         raise GuardStop(
             f"{moment(sim)} the energy is not a number{invalid_particles}"
-            + _cause(sim, "the step is too long", *remedies)
+            + _cause(sim, m, "the step is too long", *remedies)
         )
     sim.validate(m)
     residual, through = turnover(m, start)
@@ -77,7 +77,7 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
         raise GuardStop(
             f"{moment(sim)} the energy ledger is open by {abs(residual) / through:.2%} of the "
             f"energy that has gone through the system, more than {tolerance:.2%}"
-            + _cause(sim, "the step does not resolve the motion")
+            + _cause(sim, m, "the step does not resolve the motion")
         )
     channel_losses = m.losses
     if storing := getattr(sim, "storing", ()):  # channels that may return energy
@@ -87,12 +87,15 @@ def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) ->
         raise GuardStop(
             f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
             f"{-m.losses[worst] / through:.2%} of the energy that has gone through the system"
-            + _cause(sim, "the step is so long that it generates energy")
+            + _cause(sim, m, "the step is so long that it generates energy")
         )
 
 
-def _cause(sim: Engine, cause: str, *remedies: str) -> str:
-    """End of a message: the cause and what to try, or what of the start may be the cause."""
+def _cause(sim: Engine, m: Measurement, cause: str, *remedies: str) -> str:
+    """End of a message: the cause and what to try, as the state or the start shows it."""
+    explain = getattr(sim, "explain_state", None)  # of methods that see causes beside the step
+    if explain is not None and (explanation := explain(m)):
+        return f": {explanation}."
     advice = " or ".join([f"a smaller {sim.step_key}", *remedies])
     if start := getattr(sim, "suspect", ""):
         return f". At the start {start}. Otherwise try {advice}."

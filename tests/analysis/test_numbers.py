@@ -157,3 +157,8 @@ def test_a_draft_has_the_numbers_of_its_preset():
     assert {key: getattr(numerics, key) for key in PRESETS["draft"]} == PRESETS["draft"]
     own = from_yaml(edit_base("numerics", "numerics: {accuracy: draft, mass_scaling: 1}")).numerics
     assert own.mass_scaling == 1.0 and own.stiffness_scaling == 0.1
+
+
+def test_columns_of_a_sweep_say_of_what_a_distance_is():
+    names = ("rms", "rms_mean", "largest", "inner_mean")
+    assert all("distance in phi" in tables.title_of(name) for name in names)
