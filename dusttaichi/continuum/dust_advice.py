@@ -18,7 +18,8 @@ ACROSS = 12
 
 def advice(scene, sample):
     """Sentences for the user, one for each key to set; sample: the Particles of the scene."""
-    return [*_viscosity(scene, sample), *_contact(scene, sample), *_spacing(sample)]
+    rules = _viscosity, _contact, _tension, _spacing
+    return [text for rule in rules for text in rule(scene, sample)]
 
 
 def _viscosity(scene, sample):
@@ -57,7 +58,23 @@ def _contact(scene, sample):
         )
 
 
-def _spacing(sample):
+def _tension(scene, sample):
+    """Dust between two faces that hold it and move apart."""
+    pulled = any((plan.drive.wall_speed or 0.0) < 0.0 for plan in scene.stage_plans)
+    if not pulled or not sample.is_dust.any() or scene.numerics.artificial_stress is not None:
+        return
+    boundary = scene.boundary
+    holding = set(boundary.layers) | {"bottom"} & set(boundary.mirrors)
+    if scene.numerics.contact != "separate":
+        holding |= set(boundary.rigid)
+    if holding >= {"top", "bottom"}:
+        yield (
+            "numerics.artificial_stress: on, where dust is pulled apart. Without it its particles "
+            "pair before it yields (numerical fracture), and a guard stops the run"
+        )
+
+
+def _spacing(scene, sample):
     """Elastic bodies that meet dust."""
     sizes = [body.size for body in sample.bodies if body.elastic]
     if sizes and sample.is_dust.any() and min(sizes) < ACROSS * sample.spacing:

@@ -46,7 +46,7 @@ def explain_packing(measurement, motion):
     if not phi >= PACKED:  # not a number in open space
         return ""
     return (
-        f"the box is pressed past what its grains can bear: its filling factor is {phi:.3g} "
+        f"the box is pressed past dense packing: its filling factor is {phi:.3g} "
         f"(random close packing: {RANDOM_CLOSE:g}). Stop earlier, with stop.filling_factor below "
         f"{PACKED:g} or a stop.pressure"
     )

@@ -304,6 +304,10 @@ IMPACT = {
     "projectile": BEAD | {"shear_ratio": 0.6},
     "speed": "0.5 m/s",
 }
+BAR = {"kind": "block", "size": ["1.5 mm", "3 mm"]}
+LAYER = {"layer": "0.3 mm"}
+STRETCHED = {"kind": "faces", "bottom": LAYER, "top": LAYER, "wall_speed": "-2 cm/s"}
+STRESSED = {"spacing": "100 um", "artificial_stress": "on"}
 PULLED = {"kind": "plates", "wall_speed": "-5 cm/s"}
 PRESSED = {"kind": "plates", "wall_speed": "5 cm/s"}
 PACKING = {"kind": "random_packing", "size": ["6 um"] * 3, "filling_factor": 0.3}
@@ -323,6 +327,10 @@ CASES = [
     (DUST, {}, ["numerics.viscosity", "numerics.contact"]),
     (DUST, {"numerics": {"spacing": "100 um", "viscosity": "impact", "contact": "separate"}}, []),
     (DUST, {"sample": IMPACT, "numerics": COARSE}, ["numerics.spacing"]),
+    (DUST, {"sample": BAR, "boundary": STRETCHED}, ["numerics.artificial_stress"]),
+    (DUST, {"sample": BAR, "boundary": STRETCHED | {"wall_speed": "2 cm/s"}}, []),
+    (DUST, {"sample": BAR, "boundary": STRETCHED | {"bottom": "open"}}, []),
+    (DUST, {"sample": BAR, "boundary": STRETCHED, "numerics": STRESSED}, []),
     (DUST, {"sample": IMPACT, "numerics": COARSE | {"spacing": "90 um"}}, []),
 ]
 
