@@ -20,6 +20,7 @@ BLOCK = 1 << 20  # bytes that are read at a time
 FORGOTTEN = 3600.0  # age [s] of such a file from which its process was killed
 HDF5_ERROR = -101  # number of the errors of HDF5 in those of NetCDF, also of a refused lock
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
+PREVIOUS = ".previous"  # suffix of the former checkpoint
 
 
 def parts_folder(result: str | Path) -> Path:
@@ -42,6 +43,18 @@ def run_files(directory: str | Path) -> list[str]:
         *(str(part_path.relative_to(directory)) for part_path in part_paths),
     ]
     return [name for name in names if (directory / name).exists()]
+
+
+def has_checkpoint(path: str | Path) -> bool:
+    """True where there is a checkpoint at a path, valid or not, or the former one beside it."""
+    return any(Path(f"{path}{suffix}").exists() for suffix in ("", PREVIOUS))
+
+
+def advise_resuming(result: str | Path) -> str:
+    """Clause on --resume, by the checkpoints beside a result."""
+    if has_checkpoint(Path(result).with_name(CHECKPOINT)):
+        return "continue with --resume"
+    return "start again with --resume, from the beginning: there is no checkpoint yet"
 
 
 def explain(error: BaseException, path: str | Path) -> str:

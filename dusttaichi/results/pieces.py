@@ -25,6 +25,7 @@ import netCDF4
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import (
+    advise_resuming,
     clone,
     explain,
     parts_folder,
@@ -222,8 +223,8 @@ def build_write_error(
     until = "" if last_time is None else f" (up to t = {last_time:.6g} s)"
     return DustError(
         f"Could not write {path}: {reason}. The result of the last flush is readable{until}; "
-        f"{waiting} records since then are not on disk. Remove the cause and continue with "
-        "--resume."
+        f"{waiting} records since then are not on disk. Remove the cause and "
+        f"{advise_resuming(path)}."
     )
 
 

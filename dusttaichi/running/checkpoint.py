@@ -14,12 +14,19 @@ from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import stored_arrays
-from dusttaichi.results.files import explain, remove, replace_atomically, write_blocks
+from dusttaichi.results.files import (
+    PREVIOUS,
+    explain,
+    has_checkpoint,
+    remove,
+    replace_atomically,
+    write_blocks,
+)
 
 OLDER = b"dusttaichi checkpoint "
 MAGIC = b"dusttaichi checkpoint 8\n"
 NEW = ".new"  # suffix of a checkpoint that is not valid yet
-BESIDE = "", ".tmp", ".previous"  # suffixes of valid ones, the newest first
+BESIDE = "", ".tmp", PREVIOUS  # suffixes of valid ones, the newest first
 
 
 class Checkpoint(NamedTuple):
@@ -82,7 +89,7 @@ def publish(path: str | Path) -> None:
     try:
         replace_atomically(new, temporary)
         if os.path.exists(path):
-            os.replace(path, _append_suffix(path, ".previous"))
+            os.replace(path, _append_suffix(path, PREVIOUS))
         replace_atomically(temporary, path)
     except OSError as error:
         raise _build_error(path, error) from error
@@ -97,9 +104,10 @@ def _build_error(path: str | Path, error: OSError) -> DustError:
     """The DustError of a checkpoint that could not be written; what is there of it is removed."""
     reason = explain(error, path)
     forget(path)
-    return DustError(
-        f"The checkpoint {path} could not be written: {reason}. The former one remains."
-    )
+    remainder = "The former one remains"
+    if not has_checkpoint(path):
+        remainder = "There is none yet: --resume would start the run from the beginning"
+    return DustError(f"The checkpoint {path} could not be written: {reason}. {remainder}.")
 
 
 def _read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -145,7 +153,7 @@ def load(path: str | Path) -> Checkpoint:
 
 def exists(path: str | Path) -> bool:
     """True where there is a checkpoint, valid or not; an incomplete first one does not count."""
-    if any(_append_suffix(path, suffix).exists() for suffix in ("", ".previous")):
+    if has_checkpoint(path):
         return True
     try:
         _read(_append_suffix(path, ".tmp"))

@@ -404,3 +404,16 @@ def test_a_folder_that_is_something_else_is_named(tmp_path, named):
             DustError, match=endings.get(named, "is a device or a pipe, not a folder")
         ):
             RunLock(folder)
+
+
+@pytest.mark.parametrize("suffix", ["", ".previous", None])
+def test_advice_after_a_full_disk_follows_the_checkpoints(tmp_path, suffix):
+    path, checkpoint_path = tmp_path / files.RESULT, tmp_path / "folder" / files.CHECKPOINT
+    path.touch()
+    if suffix is not None:
+        path.with_name(f"{files.CHECKPOINT}{suffix}").touch()
+    text = str(pieces.build_write_error(path, OSError(errno.ENOSPC, "full"), 3, 1e-6))
+    onward = "continue" if suffix is not None else "start again"
+    assert f"Remove the cause and {onward} with --resume" in text
+    with pytest.raises(DustError, match=r"could not be written.*There is none yet: --resume would"):
+        checkpoint.write(checkpoint_path, {}, {})
