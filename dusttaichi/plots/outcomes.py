@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from dusttaichi.analysis.thresholds import Threshold
-    from dusttaichi.plots.axes import Which
+    from dusttaichi.plots.canvas import Which
 
 COLOURS = {
     "sticking": style.BLUE,
