@@ -56,6 +56,30 @@ def scene(**blocks: str) -> Scene:
     return from_yaml(text_of(**blocks))
 
 
+SPRING_TEXT = """
+name: tiny
+method: spring
+extensions: [spring.py]
+boundary: {kind: open}
+stop: {steps: 10}
+numerics: {time_step: 10 ns, threads: 1}
+"""
+SPRING_ENDING = """
+
+import time
+from dataclasses import replace
+
+from dusttaichi import method
+
+
+class Slow(Spring):
+    def advance(self, steps):
+        super().advance(steps)
+        time.sleep({seconds} * steps)
+
+
+method.register(replace(METHOD, build=Slow))
+"""
 PAIR_TEXT = """
 name: pair
 material: silicate_s12
@@ -207,13 +231,13 @@ def import_bundled(name):
         yield extensions.import_extension(name)
 
 
-def write_spring(folder, ending="method.register(METHOD)\n"):
+def write_spring(folder, seconds=0.0):
     """Write the method of running/spring.py, which compiles nothing, as a user's file spring.py.
 
-    ending: what the file does at its end.
+    seconds: by which each step is slower.
     """
     text = (ROOT / "tests/running/spring.py").read_text()
-    (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{ending}")
+    (folder / "spring.py").write_text(text + SPRING_ENDING.format(seconds=seconds))
 
 
 # Built.

@@ -3,12 +3,12 @@
 import csv
 import re
 import shlex
-import sys
 
 import pytest
 import typer
 from scenes import ROOT
 from snapshots import collision_row
+from sources import import_from_docs
 
 from dusttaichi.analysis.collisions import AXES, build_collisions_dataset
 from dusttaichi.commands.app import app
@@ -107,14 +107,7 @@ def test_links_lead_to_pages_and_headings():
 
 @pytest.fixture(scope="module")
 def verdicts():
-    """docs/verdicts.py, which is no part of the package."""
-    sys.path.insert(0, str(DOCS))
-    try:
-        import verdicts
-
-        yield verdicts
-    finally:
-        sys.path.remove(str(DOCS))
+    return import_from_docs("verdicts")
 
 
 def rows():

@@ -3,13 +3,13 @@
 import csv
 import math
 import runpy
-import sys
 
 import pandas as pd
 import pytest
 import typer
 import yaml
 from scenes import ROOT, extensions_forgotten
+from sources import import_from_docs
 
 from dusttaichi.analysis import outcome
 from dusttaichi.analysis.collisions import FAILED, MISS
@@ -24,14 +24,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture(scope="module")
 def generate():
-    """docs/generate.py, which is no part of the package."""
-    sys.path.insert(0, str(DOCS))
-    try:
-        import generate
-
-        yield generate
-    finally:
-        sys.path.remove(str(DOCS))
+    return import_from_docs("generate")
 
 
 def list_included():

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from compilers import taichi_alone
+from sources import import_from_docs
 
 from dusttaichi import analysis
 from dusttaichi.compute.compiled import Structures
@@ -188,12 +189,7 @@ def faults_of_layout(function, text):
 
 def public():
     """Functions and classes of the public subpackages, and of `simulate`, with their names."""
-    sys.path.insert(0, str(ROOT / "docs"))
-    try:
-        packages = [name for name, _ in importlib.import_module("interface").PUBLIC]
-    finally:
-        sys.path.remove(str(ROOT / "docs"))
-    for package in packages:
+    for package, _ in import_from_docs("interface").PUBLIC:
         module = importlib.import_module(f"dusttaichi.{package}")
         for name in module.__all__:
             yield f"{package}.{name}", getattr(module, name)

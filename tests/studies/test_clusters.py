@@ -15,6 +15,7 @@ import xarray as xr
 from bits import assert_same_bits
 from program import dust
 from scenes import EXAMPLES, ROOT, extensions_forgotten, write_spring
+from scenes import SPRING_TEXT as TINY
 
 from dusttaichi.commands.options import part_of
 from dusttaichi.errors import DustError
@@ -27,14 +28,6 @@ from dusttaichi.studies.sweep_study import sweep
 
 SCRIPT = EXAMPLES / "job_array.sh"
 KEYS = ["--set", "stop.steps=50,60,70"]
-TINY = """
-name: tiny
-method: spring
-extensions: [spring.py]
-boundary: {kind: open}
-stop: {steps: 10}
-numerics: {time_step: 10 ns, threads: 1}
-"""
 
 
 @pytest.fixture
@@ -152,19 +145,6 @@ def test_the_signal_before_the_time_limit_reaches_dust(stub):
 
 SCENE = TINY.replace("{steps: 10}", "{steps: 1000}")
 SCENE += "output: {series: {steps: 10}, snapshots: {steps: 100}, checkpoint: 0.2 s}\n"
-SLOW = """
-import time
-from dataclasses import replace
-
-
-class Slow(Spring):
-    def advance(self, steps):
-        super().advance(steps)
-        time.sleep(0.002 * steps)
-
-
-method.register(replace(METHOD, build=Slow))
-"""  # an extension of a scene that takes its time
 CHECKPOINT_TIMEOUT = 120.0  # s until a sweep without its scheduler has to have ended
 
 
@@ -223,7 +203,7 @@ class Cluster:
 def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
     """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
     monkeypatch.setattr(pool, "CONNECT_TIMEOUT", "3 s")
-    write_spring(tmp_path, SLOW)
+    write_spring(tmp_path, seconds=0.002)
     (tmp_path / "scene.yaml").write_text(SCENE)
     with extensions_forgotten():
         plan = sweep(load(tmp_path / "scene.yaml"), ["start=0.5,1.0"], tmp_path / "sweep")

@@ -13,6 +13,7 @@ import xarray as xr
 from bits import assert_same_bits, tree
 from program import dust, wait_for
 from scenes import CONFIGS, ROOT, extensions_forgotten, write_spring
+from scenes import SPRING_TEXT as TINY
 
 import dusttaichi as dt
 from dusttaichi.errors import Interrupted, with_keywords
@@ -22,27 +23,6 @@ from dusttaichi.studies.sweep_study import sweep
 from dusttaichi.studies.user_study import UserStudy
 
 # A method that compiles nothing, in a file of the user.
-TINY = """
-name: tiny
-method: spring
-extensions: [spring.py]
-boundary: {kind: open}
-stop: {steps: 10}
-numerics: {time_step: 10 ns, threads: 1}
-"""
-SLOW = """
-import time
-from dataclasses import replace
-
-
-class Slow(Spring):
-    def advance(self, steps):
-        super().advance(steps)
-        time.sleep(0.005 * steps)
-
-
-method.register(replace(METHOD, build=Slow))
-"""
 
 
 @pytest.fixture
@@ -215,7 +195,7 @@ except dt.DustError as error:
 
 
 def test_an_interrupted_sweep_resumes(folder):
-    write_spring(folder, SLOW)
+    write_spring(folder, seconds=0.005)
     (folder / "tiny.yaml").write_text(TINY.replace("steps: 10", "steps: 200"))
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT],
