@@ -39,7 +39,9 @@ class Loops:
 def loops_of(numerics):
     """The Loops of a scene: a block fills a vector register of 512 bits, or two of 256."""
     if numerics.backend == "cuda":
-        return Loops(1, 128, "launches")
+        # in double precision a thread needs some 170 registers: two blocks of 192 fit on a
+        # multiprocessor, where three of 128 do not
+        return Loops(1, 192 if numerics.precision == "f64" else 128, "launches")
     return Loops(8, 16, "workers") if numerics.precision == "f64" else Loops(16, 8, "workers")
 
 

@@ -52,8 +52,8 @@ class BlockSums:
         if count > threads:
             raise ValueError(f"{count} sums for {threads} threads")
         self.count, self.threads, self.dtype = count, threads, dtype
-        # threads that form partial sums of each number: a power of two
-        self.lanes = 2 ** ((threads // count).bit_length() - 1)
+        # threads that form partial sums of each number: a power of two that divides the threads
+        self.lanes = min(2 ** ((threads // count).bit_length() - 1), threads & -threads)
         self.row = threads + _PADDING
 
     @ti.func

@@ -283,8 +283,8 @@ def _state(engine):
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
         arrays |= {f"contact {name}": a[order] for name, a in contacts.items()}
         if engine.layout.curved:
-            loads = engine.kernel_sums.read_loads()
-            arrays |= {"surface": loads.surface_loads(), "impulse": loads.surface_impulses()}
+            impulses = engine.kernel_sums.read_loads().surface_impulses()
+            arrays |= {"surface": engine.kernel_sums.surface_loads(), "impulse": impulses}
         if engine.layout.stress:
             arrays["flux"] = engine.kernel_sums.read_loads().momentum_flux()
         return arrays

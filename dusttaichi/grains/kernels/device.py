@@ -1,7 +1,7 @@
 """The step on a device: a thread for each grain, and one for each contact.
 
 Two launches, none of which waits for the host (compute.loops): a launch finds out itself which step
-it makes, and writes nothing that it reads. Blocks of threads are as long as tiles
+it makes, and writes nothing that it reads. Blocks of threads for contacts are as long as tiles
 (backend.loops_of), so that each row of a table of sums belongs to one block: what its threads sum
 is added up in a fixed order (compute.device_blocks).
 """
@@ -26,8 +26,8 @@ class ContactThreads(ContactPass):
 
     def __init__(self, fields, layout, mechanics, gatherer):
         super().__init__(fields, layout, mechanics, gatherer)
-        if layout.tile != THREADS or layout.width != 1:
-            raise ValueError("a tile of the loops of a device is a block of threads")
+        if layout.width != 1:
+            raise ValueError("a thread of a device has one contact")
         self.LOSSES = len(layout.channels) * layout.ledger
         self.WORK = self.LOSSES + 9 * layout.stress
         self.SUMS = self.WORK + bool(layout.periodic)
@@ -93,7 +93,7 @@ class Threads:
         self._flux_table = phases.fields.get("flux")
         self.contacts = tuple(enumerate(phases.contacts))
         self.sums = phases.pairs.SUMS
-        self._contact_sums = BlockSums(self.sums) if self.sums else None
+        self._contact_sums = BlockSums(self.sums, layout.tile) if self.sums else None
 
     @ti.func
     def grain(self, grain, row, step, numbers):
@@ -128,7 +128,7 @@ class Threads:
     @ti.func
     def contact(self, block, row, step, dt):
         """The contact of a block, of any kind, each of which begins with a whole tile."""
-        thread, pass_number = block % THREADS, -1
+        thread, pass_number = block % self.layout.tile, -1
         first = block - thread
         block_sums = ti.Vector.zero(ti.f64, ti.static(max(1, self.sums)))
         for n, contact_pass in ti.static(self.contacts):
@@ -151,7 +151,7 @@ class Threads:
                 for n, contact_pass in ti.static(self.contacts):
                     if pass_number == n:
                         contact_pass.put(
-                            contact_pass.row((first - contact_pass.first()) // THREADS),
+                            contact_pass.row((first - contact_pass.first()) // self.layout.tile),
                             thread,
                             total,
                         )
@@ -264,11 +264,12 @@ def make_touch(arguments, threads):
         arguments.first,
         arguments.is_due,
     )
-    contact_threads = pad_to_blocks(threads.phases.fields["contact"].shape[0])
+    tile = threads.layout.tile
+    contact_threads = pad_to_blocks(threads.phases.fields["contact"].shape[0], tile)
 
     @ti.kernel
     def touch():
-        ti.loop_config(block_dim=THREADS)
+        ti.loop_config(block_dim=tile)
         for block in range(contact_threads):
             has_begun = sync[BEGUN]
             step = first[None] + has_begun

@@ -51,8 +51,8 @@ def make_load_sums(fields, sums, layout, walls):
         if name in every
     ]
     columns = max((end for _, _, end in tables), default=0)
-    across, of_tile = sums.get("across"), BlockSums(FACES)
-    pairs = across.shape[0] * THREADS if layout.periodic else 0
+    across, tile, of_tile = sums.get("across"), layout.tile, BlockSums(FACES, layout.tile)
+    pairs = across.shape[0] * tile if layout.periodic else 0
     across_faces = make_across_faces(fields, layout)
     wall_sums, impulse_total = WallSums(fields) if walls else None, fields.get("impulse_total")
 
@@ -69,11 +69,11 @@ def make_load_sums(fields, sums, layout, walls):
     @ti.kernel
     def load_sums():
         if ti.static(pairs > 0):
-            ti.loop_config(block_dim=THREADS)
+            ti.loop_config(block_dim=tile)
             for pair in range(pairs):
-                sum_of_tile = of_tile.total(across_faces(pair), pair % THREADS)
-                if pair % THREADS < FACES:
-                    across[pair // THREADS, pair % THREADS] = sum_of_tile
+                sum_of_tile = of_tile.total(across_faces(pair), pair % tile)
+                if pair % tile < FACES:
+                    across[pair // tile, pair % tile] = sum_of_tile
         if ti.static(columns > 0):
             ti.loop_config(block_dim=THREADS)
             for thread_number in range(columns * THREADS):
