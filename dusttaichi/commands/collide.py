@@ -39,7 +39,8 @@ def collide(
             if failure := find_collision_failure(point_results):
                 raise failure
             return
-        results = finish_collisions(study, point_results, run.figures)
+        with run.gathering():
+            results = finish_collisions(study, point_results, run.figures)
     if text := describe_unfinished_collisions(results.data):
         remark(text)
     run.say_result(results.data, lambda: _show(results.data), results.files, results.failure)

@@ -31,7 +31,8 @@ def run_sweep(sweep, run, *, verbose=False):
         if failure := find_run_failure(point_results):
             raise failure
         return run.say_part(point_results, len(sweep.members))
-    results = finish_sweep(sweep, point_results, run.figures)
+    with run.gathering():
+        results = finish_sweep(sweep, point_results, run.figures)
     data = results.data
     phases.end("dataset and figures" if run.figures else "dataset")
     say_not_drawn(results.undrawn)

@@ -33,6 +33,7 @@ def run(
 ):
     """Run a scene: result, figures and a short table."""
     from dusttaichi.running import run_directory
+    from dusttaichi.running.interrupts import all_computed
 
     phases = Phases(verbose)
     scene = run.load_scene(file, settings)
@@ -52,7 +53,7 @@ def run(
     phases.end("imports and scene")
     with serve_report(directory, watch):
         _run_one(scene, directory, quiet=run.quiet, phases=phases, **engine_options)
-    with run.writing(file):
+    with run.writing(file), all_computed(f"Figures: dust plot {directory}"):
         frames = _show_result(directory, run.figures, run.as_json, phases)
     if not (run.quiet or run.as_json):
         _say_next(directory, frames)

@@ -96,6 +96,12 @@ class StudyRun:
         """Run a study as `run`, of a command that always continues; --force starts again."""
         return self.run(study, resume=not self.force, onward=options.resume_command(), **changes)
 
+    def gathering(self):
+        """Context after the last run, in which an interruption says that all are computed."""
+        from dusttaichi.running.interrupts import all_computed
+
+        return all_computed(f"Dataset and figures: {options.resume_command('--resume')}")
+
     def say_part(self, point_results, total):
         """Print how many of `total` points a part has run, and the command that gathers all."""
         onward = options.resume_command("--resume", without="--part")

@@ -119,3 +119,15 @@ def resumable(onward: str, progress: str | None = None) -> Iterator[None]:
         if progress is None:
             raise
         raise Interrupted(f"interrupted; {progress}. Continue with: {onward}") from None
+
+
+@contextmanager
+def all_computed(onward: str) -> Iterator[None]:
+    """Context after the last step, in which an interruption raises an Interrupted that says so.
+
+    onward: sentence, without a full stop, on how to get what is missing.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; all is computed. {onward}", resumable=False) from None

@@ -19,6 +19,7 @@ from dusttaichi import running as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options
 from dusttaichi.commands.progress import progress_bar
+from dusttaichi.commands.study_command import StudyRun
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.running.progress import ProgressBar
@@ -115,6 +116,21 @@ def test_an_interruption_says_how_to_go_on_where_anything_was_computed(run_inter
     )
     onward = f"dust run {SMOKE} -q -o {tmp_path} --set stop.steps=9 --resume"
     assert text == f"interrupted; all is there. Continue with: {onward}"
+
+
+def test_an_interruption_of_the_figures_says_that_all_is_computed(monkeypatch, tmp_path):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_package, "execute", lambda scene, directory, **_: None)
+    monkeypatch.setattr("dusttaichi.commands.run._show_result", interrupt)
+    with pytest.raises(Interrupted) as stop:
+        dust("run", SMOKE, "-q", "-o", tmp_path)
+    assert str(stop.value) == f"interrupted; all is computed. Figures: dust plot {tmp_path}"
+    monkeypatch.setattr("sys.argv", ["dust", "sweep", "a.yaml", "--force"])
+    with pytest.raises(Interrupted, match="Dataset and figures: dust sweep a.yaml --resume$"):
+        with StudyRun("runs").gathering():
+            interrupt()
 
 
 def test_of_a_part_all_parts_are_gathered(monkeypatch):
