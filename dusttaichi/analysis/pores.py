@@ -194,4 +194,4 @@ def _group_similar_radii(radius: NDArray[np.float64]) -> list[NDArray[np.intp]]:
     """Groups of grains (lists of their numbers) whose radii differ little."""
     edges = np.geomspace(radius.min(), radius.max() * (1 + 1e-9), BINS + 1)
     bin_of_grain = np.clip(np.searchsorted(edges, radius, "right") - 1, 0, BINS - 1)
-    return [np.flatnonzero(bin_of_grain == n) for n in np.unique(bin_of_grain)]
+    return [np.flatnonzero(bin_of_grain == n) for n in np.flatnonzero(np.bincount(bin_of_grain))]

@@ -275,8 +275,8 @@ def label_components(pairs: ArrayLike, count: int) -> tuple[int, NDArray[np.intp
         np.minimum.at(first, np.maximum(a, b), np.minimum(a, b))
         while (first != first[first]).any():
             first = first[first]
-    starts, label = np.unique(first, return_inverse=True)
-    return len(starts), label
+    is_first = first == np.arange(count)
+    return int(is_first.sum()), (np.cumsum(is_first) - 1)[first]
 
 
 def number_by_first(fragment: NDArray[np.integer]) -> NDArray[np.intp]:

@@ -173,9 +173,8 @@ def cut_contacts(
 
 
 def _find_first_grains(label: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Find the first grain of each fragment."""
-    values: NDArray[np.integer] = np.unique(label, return_index=True)[1]
-    return values
+    """Find the first grain of each fragment, numbered in the order of these grains."""
+    return np.flatnonzero(np.diff(np.maximum.accumulate(label), prepend=-1))
 
 
 def _find_percolation(

