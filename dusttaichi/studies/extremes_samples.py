@@ -63,11 +63,11 @@ def make_cluster(scene: GrainsScene, grains: int) -> Sample:
     return Sample.at_rest(close_packed(grains) * (2.0 * contact.r - contact.delta0))
 
 
-def make_collision(scene: GrainsScene, sticking: float, offset: float = 0.3) -> Sample:
+def make_collision(scene: GrainsScene, sticking: float) -> Sample:
     """Two grains just before contact, at `sticking` times their sticking speed, off-centre."""
     c = pair_constants(scene.material, scene.interaction)
     v = sticking * breaking_speed(c)
-    y = 2.0 * c.r * offset
+    y = 2.0 * c.r * 0.3
     x = np.sqrt((2.0 * c.r + c.delta0) ** 2 - y**2)
     half = np.array([0.5 * v, 0.0, 0.0])
     return Sample(
