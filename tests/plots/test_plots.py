@@ -1,5 +1,7 @@
 """Figures: they come out, say what they show, and leave matplotlib as it was."""
 
+from types import SimpleNamespace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import dynamic_law
 from dusttaichi.plots import style
 from dusttaichi.plots.notebook import ShownFigures
+from dusttaichi.plots.structure import _draw_forces
 
 
 @pytest.fixture(scope="module")
@@ -144,6 +147,13 @@ def test_legends_of_helpers_and_failed_figures_go_to_no_other_figure():
     with pytest.raises(DustError):
         fail()
     assert [legend(axes) for axes in draw_two_panels().axes] == [["low"], ["low"]]
+
+
+def test_forces_that_are_all_equal_are_drawn():
+    figure, (axes,) = style.create_figure()
+    _draw_forces(SimpleNamespace(normal_force=np.zeros(5)), axes)
+    areas = [bar.get_width() * bar.get_height() for bar in axes.patches]
+    assert np.sum(np.array(areas) > 0.0) == 1 and max(bar.get_height() for bar in axes.patches) == 5
 
 
 def test_a_bin_that_the_wall_cuts_is_one_with_the_next(runs):
