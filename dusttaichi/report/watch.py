@@ -16,7 +16,7 @@ from dusttaichi.analysis import open_run
 from dusttaichi.analysis.foreign import explain_foreign_errors
 from dusttaichi.errors import DustError
 from dusttaichi.report.page import collect_report_data, format_json, render_page
-from dusttaichi.results.files import parts_folder
+from dusttaichi.results.files import list_segments
 
 if TYPE_CHECKING:
     from threading import Event
@@ -65,7 +65,7 @@ class Source:
     def _read_change_stamp(self) -> list[tuple[str, int, int]]:
         """Read a value that changes when the result grows: of its file and its segments."""
         stamp = []
-        for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
+        for path in [self.path, *list_segments(self.path)]:
             try:
                 file_status = path.stat()
             except OSError:  # not there yet, or just joined with the others

@@ -30,18 +30,19 @@ def parts_folder(result: str | Path) -> Path:
 
 def piece_path(result: Path, number: int) -> Path:
     """Path of a file of a result; 0 is the result itself."""
-    return parts_folder(result) / f"{number:06}.nc" if number else result
+    return parts_folder(result) / f"{number:06}.bin" if number else result
+
+
+def list_segments(result: str | Path) -> list[Path]:
+    """The files that continue a result, in order."""
+    return sorted(parts_folder(result).glob("[0-9]*.bin"))
 
 
 def run_files(directory: str | Path) -> list[str]:
     """Relative paths of the existing files from which a run continues."""
     directory = Path(directory)
-    part_paths = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
-    names = [
-        RESULT,
-        CHECKPOINT,
-        *(str(part_path.relative_to(directory)) for part_path in part_paths),
-    ]
+    segments = [str(path.relative_to(directory)) for path in list_segments(directory / RESULT)]
+    names = [RESULT, CHECKPOINT, *segments]
     return [name for name in names if (directory / name).exists()]
 
 
@@ -141,13 +142,18 @@ def remove(path: str | Path) -> None:
         Path(path).unlink()
 
 
+def temporary_path(path: str | Path) -> Path:
+    """Path of a file that is to replace that at `path`."""
+    path = Path(path)
+    return path.with_name(f".{path.name}.tmp")
+
+
 def write_whole(path: str | Path, data: bytes | Iterable[bytes | memoryview]) -> None:
     """Replace the file at `path` by these bytes, such that it is complete at any time.
 
     data: bytes, or an iterable of blocks. Raises OSError; the file is then unchanged.
     """
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.tmp")
+    path, temporary = Path(path), temporary_path(path)
     try:
         write_blocks(temporary, (data,) if isinstance(data, bytes) else data)
         replace_atomically(temporary, path)
@@ -259,3 +265,22 @@ def reserve(path: str | Path, size: int) -> None:
             os.posix_fallocate(descriptor, os.fstat(descriptor).st_size, int(size))
         finally:
             os.close(descriptor)
+
+
+def sizes_of(path: Path) -> list[int]:
+    """Bytes of the files of the result at `path`."""
+    return [file.stat().st_size for file in (path, *list_segments(path))]
+
+
+def prepare_folder(path: Path, number: int, alone: bool) -> None:
+    """Remove the parts behind that number, unless it is `alone`, and make its folder."""
+    for part_path in () if alone else reversed(list_segments(path)):
+        if int(part_path.stem) > number:
+            part_path.unlink(missing_ok=True)
+    if number:
+        parts_folder(path).mkdir(exist_ok=True)
+
+
+def remove_other_parts(path: str | Path) -> None:
+    """Remove the parts of an earlier result at `path`; remaining ones are ignored."""
+    shutil.rmtree(parts_folder(path), ignore_errors=True)

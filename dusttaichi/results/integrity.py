@@ -73,7 +73,7 @@ def check(path: str | Path) -> Header:
     (https://github.com/Unidata/netcdf4-python/issues/1444). Files without DIGEST, of other
     programs, are not verified. Raises as `open_netcdf`.
     """
-    real_path, identity = _identity(path)
+    real_path, identity = identify(path)
     if real_path not in _checked or _checked[real_path][0] != identity:
         with open_result(path):
             pass
@@ -83,7 +83,7 @@ def check(path: str | Path) -> Header:
 @contextmanager
 def open_result(path: str | Path) -> Iterator[Any]:
     """A verified result file that is open for reading. Raises as `open_netcdf`."""
-    real_path, identity = _identity(path)
+    real_path, identity = identify(path)
     with open_netcdf(path) as file:
         if real_path not in _checked or _checked[real_path][0] != identity:
             with translate_errors(path):
@@ -118,7 +118,12 @@ def open_netcdf(path: str | Path, engine: Callable[[Any], Any] = netCDF4.Dataset
         yield file
 
 
-def _identity(path: str | Path) -> tuple[str, tuple[int, ...]]:
+def reads_numbers() -> bool:
+    """False in a context of `numbers_unread`."""
+    return _reads_numbers.get()
+
+
+def identify(path: str | Path) -> tuple[str, tuple[int, ...]]:
     """(path, identity of the file and of its content), keys of `_checked`. Raises OSError."""
     status = os.stat(path)
     return os.path.realpath(path), (

@@ -1,22 +1,20 @@
-"""The files of the result of a running run: result.nc, and the parts that continue it.
+"""The files of the result of a running run: result.nc, and the segments that continue it.
 
-A file that exceeds some size is complete, and further records go to a new one in the folder
-result.parts, so that the cost of writing is independent of the size of the result. Every file is
-valid by itself. The attributes of a part are the identity of the result that it continues and the
-number of its first record in each group; its records replace such records of earlier files. At its
-end a run joins all files into result.nc.
+A file that exceeds some size is complete, and further records go to a new segment (segments.py) in
+the folder result.parts, so that the cost of writing is independent of the size of the result.
+Numbers are written to a segment as they are, and into NetCDF once, as a run joins all files into
+result.nc at its end. The attributes of a segment are the identity of the result that it continues
+and the number of its first record in each group; its records replace such records of earlier files.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import uuid
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,20 +22,23 @@ import netCDF4
 
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
+from dusttaichi.results import segments
 from dusttaichi.results.files import (
     advise_resuming,
     clone,
     explain,
+    list_segments,
     parts_folder,
     remove,
+    remove_other_parts,
     replace_atomically,
     reserve,
+    temporary_path,
     write_whole,
 )
 from dusttaichi.results.integrity import (
     DIGEST,
     DamagedFile,
-    build_damage_error,
     check,
     numbers_unread,
     open_result,
@@ -48,16 +49,17 @@ from dusttaichi.results.layout import (
     count_bytes,
     define,
     describe,
+    read_records,
     readable,
     write_attributes,
     write_rows,
     yield_file_blocks,
 )
-from dusttaichi.results.run_lock import RunLock
 
 if TYPE_CHECKING:
     from dusttaichi.compute.background import Background
-    from dusttaichi.results.layout import Rows
+    from dusttaichi.results.layout import Layout, Rows
+    from dusttaichi.results.run_lock import RunLock
     from dusttaichi.results.waiting import Batch
 
 
@@ -108,10 +110,9 @@ def pieces_of(path: str | Path) -> list[Piece]:
     path = Path(path)
     identity, records = identity_of(path), check(path).records
     pieces = [Piece(path, dict.fromkeys(records, 0), records)]
-    for part_path in _parts(path):
-        attributes, records = check(part_path)
-        if DIGEST not in attributes or CONTINUES not in attributes:
-            raise build_damage_error(part_path)
+    _refuse_earlier(path, identity)
+    for part_path in list_segments(path):
+        attributes, records = segments.check(part_path)
         if attributes[CONTINUES] != identity:
             break  # of an earlier result
         starts = dict.fromkeys(records, 0) | json.loads(attributes[STARTS])
@@ -126,6 +127,16 @@ def pieces_of(path: str | Path) -> list[Piece]:
         pieces[-1] = pieces[-1]._replace(ends=former_ends)
         pieces.append(Piece(part_path, starts, ends))
     return pieces
+
+
+def _refuse_earlier(path: Path, identity: str) -> None:
+    """Raise DustError for a result that is continued by NetCDF files, of an earlier version."""
+    for part_path in parts_folder(path).glob("[0-9]*.nc"):
+        if check(part_path).attributes.get(CONTINUES) == identity:
+            raise DustError(
+                f"{part_path.parent} has records in the form of an earlier version of dusttaichi. "
+                "Join them by that version, with `dust run --resume`."
+            )
 
 
 def describe_until(path: Path, counts: Mapping[str, int]) -> tuple[Contents, Piece]:
@@ -143,45 +154,18 @@ def describe_until(path: Path, counts: Mapping[str, int]) -> tuple[Contents, Pie
         )
     while len(files) > 1 and all(n >= counts.get(g, 0) for g, n in files[-1].starts.items()):
         files.pop()  # it is later than the checkpoint
-    contents = describe(files[-1].path)
+    contents = _describe(path, files[-1])
     attributes = {k: v for k, v in contents.attributes.items() if k not in OWN}
     records = {group: int(counts.get(group, 0)) for group in files[-1].ends}
     return contents._replace(attributes=attributes, records=records), files[-1]
 
 
-def _parts(path: str | Path) -> list[Path]:
-    return sorted(parts_folder(path).glob("[0-9]*.nc"))
-
-
-def sizes_of(path: Path) -> list[int]:
-    """Bytes of the files of the result at `path`."""
-    return [file.stat().st_size for file in (path, *_parts(path))]
-
-
-def prepare_folder(path: Path, number: int, alone: bool) -> None:
-    """Remove the parts behind that number, unless it is `alone`, and make its folder."""
-    for part_path in () if alone else reversed(_parts(path)):
-        if int(part_path.stem) > number:
-            part_path.unlink(missing_ok=True)
-    if number:
-        parts_folder(path).mkdir(exist_ok=True)
-
-
-def remove_other_parts(path: str | Path) -> None:
-    """Remove the parts of an earlier result at `path`; remaining ones are ignored."""
-    shutil.rmtree(parts_folder(path), ignore_errors=True)
-
-
-@contextmanager
-def acquire_lock(path: Path, lock: RunLock | None) -> Iterator[RunLock]:
-    """The lock of the directory of a result; a new one is released after an error."""
-    acquired = RunLock(path.parent) if lock is None else lock
-    try:
-        yield acquired
-    except BaseException:
-        if lock is None:
-            acquired.release()
-        raise
+def _describe(path: Path, piece: Piece) -> Contents:
+    """Contents of a Piece of the result at `path`, with the static values of that."""
+    contents = describe(path)
+    if piece.number:
+        contents = segments.describe(piece.path)._replace(static=contents.static)
+    return contents
 
 
 def make_exists_error(path: str | Path, remainder: str = "it") -> DustError:
@@ -190,6 +174,14 @@ def make_exists_error(path: str | Path, remainder: str = "it") -> DustError:
         f"{path} exists already. Use --force to overwrite it, --resume to continue {remainder}, or "
         "choose another output directory."
     )
+
+
+def read_piece(path: Path, layout: Layout, counts: Mapping[str, int]) -> Rows:
+    """The first `counts` records of each group of a file of a result. Raises DustError."""
+    if path.parent.suffix != ".parts":
+        return read_records(path, layout, counts)
+    with readable(path), segments.open_segment(path) as segment:
+        return segment.read_records(counts)
 
 
 def write_piece(
@@ -202,6 +194,9 @@ def write_piece(
 
     contents: layout, dimensions, static values and rows, as `yield_file_blocks` takes them.
     """
+    if path != result_path:
+        replace_atomically(segments.write(Path(path), contents, attributes), path)
+        return
     layout, dimensions, static, rows = contents
     blocks = yield_file_blocks(
         layout, dimensions, static, rows, attributes, result_path=result_path
@@ -209,23 +204,16 @@ def write_piece(
     write_whole(path, blocks)
 
 
-def build_write_error(
-    path: Path, error: BaseException, waiting: int, last_time: float | None
-) -> DustError:
-    """The DustError of a file of the result at `path` that could not be written.
+def begin_piece(arguments: tuple[Path, tuple[Any, ...], dict[str, Any], Path]) -> tuple[Any, ...]:
+    """Begin `write_piece` of these arguments; returns the call that completes it elsewhere.
 
-    waiting: number of records that are in memory. last_time: of the last record on disk [s], or
-    None.
+    Numbers of a segment are written at once: to send them to another process takes longer. Raises
+    OSError.
     """
-    reason = explain(error, path)
-    if not path.exists():
-        return DustError(f"Could not write {path}: {reason}. There is no result.")
-    until = "" if last_time is None else f" (up to t = {last_time:.6g} s)"
-    return DustError(
-        f"Could not write {path}: {reason}. The result of the last flush is readable{until}; "
-        f"{waiting} records since then are not on disk. Remove the cause and "
-        f"{advise_resuming(path)}."
-    )
+    path, contents, attributes, result_path = arguments
+    if path == result_path:
+        return write_piece, *arguments
+    return replace_atomically, segments.write(path, contents, attributes), path
 
 
 def join(
@@ -251,7 +239,7 @@ def join(
     else:
         reason = _join_in_process(path, identity, lock)
     if reason:
-        remove(_temporary(path))
+        remove(temporary_path(path))
         raise DustError(
             f"The parts of {path} could not be joined into one file: {reason}. Nothing is lost: "
             f"they are in {parts_folder(path)} and are read from there. Remove the cause and join "
@@ -287,12 +275,12 @@ def _put_together(path: Path, identity: str, last: Batch | None = None) -> None:
     pieces, parent = pieces_of(path), os.getppid()
     rows: Rows = {}
     if last is None:
-        layout, sizes, static, attributes, _ = describe(pieces[-1].path)
+        layout, sizes, static, attributes, _ = _describe(path, pieces[-1])
     else:
         _, (layout, sizes, static, rows), attributes, _ = last.arguments
         pieces = [piece for piece in pieces if piece.number < last.number]
         pieces[-1] = pieces[-1]._replace(ends={g: last.starts[g] for g in pieces[-1].ends})
-    first, temporary = pieces[0], _temporary(path)
+    first, temporary = pieces[0], temporary_path(path)
     first_layout, *_, present = describe(path)
     ends = pieces[-1].ends | (last.ends if last is not None else {})
     fits = set(first_layout) == set(layout) and all(present[g] <= n for g, n in ends.items())
@@ -310,17 +298,17 @@ def _put_together(path: Path, identity: str, last: Batch | None = None) -> None:
             if os.getppid() != parent:
                 raise OSError("the run was killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
+            if piece.number:
+                with segments.open_segment(piece.path) as segment:
+                    segment.copy_records(joined_file, counts, piece.starts)
+                continue
             with open_result(piece.path) as piece_file:
-                copy_records(piece_file, joined_file, layout, counts, piece.starts)
+                copy_records(piece_file, joined_file, layout, counts)
         write_rows(joined_file, rows, None if last is None else last.starts)
         attributes = {k: v for k, v in attributes.items() if k not in OWN}
         write_attributes(joined_file, attributes | place(identity))
     replace_atomically(temporary, first.path)
     remove_other_parts(path)
-
-
-def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.name}.tmp")
 
 
 def main(arguments: list[str]) -> None:
@@ -338,7 +326,7 @@ def join_pieces(path: Path, identity: str, last: Batch | None = None) -> None:
         with numbers_unread():
             _put_together(path, identity, last)
     except BaseException:
-        remove(_temporary(path))
+        remove(temporary_path(path))
         raise
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -16,8 +18,10 @@ from xarray.core import indexing
 
 from dusttaichi.results import datasets, locks
 from dusttaichi.results.integrity import open_result, refusal
-from dusttaichi.results.layout import folder_of
+from dusttaichi.results.layout import define, describe, folder_of, write_attributes
 from dusttaichi.results.pieces import OWN, pieces_of
+from dusttaichi.results.segments import describe as describe_segment
+from dusttaichi.results.segments import open_segment
 from dusttaichi.results.variables import record_dimension
 
 if TYPE_CHECKING:
@@ -80,10 +84,21 @@ def _load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
     for piece in pieces_of(path):
         count = piece.ends.get(group, 0) - piece.starts.get(group, 0)
         if count > 0:
-            with open_result(piece.path) as file:
-                file.set_auto_maskandscale(False)
-                blocks.append(folder_of(file, group)[name][:count])
+            with _open_piece(piece.path) as read:
+                blocks.append(read(group, name, 0, count))
     return np.concatenate(blocks[1:] or blocks)
+
+
+@contextmanager
+def _open_piece(path: Path) -> Iterator[Callable[[str, str, int, int], NDArray[Any]]]:
+    """A function that reads a file of a result: of a group, of a variable, records from, to."""
+    if path.parent.suffix == ".parts":
+        with open_segment(path) as segment:
+            yield segment.read
+        return
+    with open_result(path) as file:
+        file.set_auto_maskandscale(False)
+        yield lambda group, name, low, high: folder_of(file, group)[name][low:high]
 
 
 def _load_group(folder: Any) -> xr.Dataset:
@@ -98,11 +113,20 @@ def _open(path: str | Path) -> xr.DataTree:
     pieces = pieces_of(path)
     if len(pieces) == 1:
         return _open_file(path)
-    with _open_file(pieces[-1].path) as last:
-        groups = {node.path: node.to_dataset(inherit=False).load().copy() for node in last.subtree}
-        joined_groups = {path: _whole(path, data, pieces) for path, data in groups.items()}
+    groups = _describe_groups(path, pieces[-1])
+    joined_groups = {name: _whole(name, data, pieces) for name, data in groups.items()}
     joined_groups["/"].attrs = {k: v for k, v in joined_groups["/"].attrs.items() if k not in OWN}
     return xr.DataTree.from_dict(joined_groups)
+
+
+def _describe_groups(path: str | Path, last: Piece) -> dict[str, xr.Dataset]:
+    """Groups of a result by path, with the attributes of its last segment, without records."""
+    layout, sizes, _, attributes, _ = describe_segment(last.path)
+    with netCDF4.Dataset("segment", "w", format="NETCDF4", diskless=True) as file:
+        define(file, layout, sizes, describe(path).static)
+        write_attributes(file, attributes)
+        folders = {"/": file} | {f"/{name}": folder for name, folder in file.groups.items()}
+        return {name: datasets.read_group(folder) for name, folder in folders.items()}
 
 
 def _open_file(path: str | Path) -> xr.DataTree:
@@ -148,11 +172,10 @@ def _small(
     for piece in pieces:
         if piece.ends.get(group, 0) == piece.starts.get(group, 0):
             continue
-        with open_result(piece.path) as file:
-            file.set_auto_maskandscale(False)
+        with _open_piece(piece.path) as read:
             for name in small:
                 count = piece.ends[group] - piece.starts[group]
-                arrays_by_name[name].append(folder_of(file, group)[name][:count])
+                arrays_by_name[name].append(read(group, name, 0, count))
     return {name: np.concatenate(arrays) for name, arrays in arrays_by_name.items() if arrays}
 
 
@@ -202,6 +225,9 @@ class _Joined(BackendArray):
         if not path.exists():
             path, first = self.joined, self.starts[number]
             low, high = low + first, high + first
+        if path.parent.suffix == ".parts":
+            with open_segment(path) as segment:
+                return segment.read(self.group, self.name, low, high)[(slice(None), *entries)]
         with open_result(path) as file:
             file.set_auto_maskandscale(False)
             variable = folder_of(file, self.group)[self.name]

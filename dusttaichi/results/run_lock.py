@@ -2,7 +2,8 @@
 
 import os
 import socket
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from dusttaichi.errors import DustError
@@ -112,3 +113,15 @@ class RunLock(AbstractContextManager["RunLock"]):
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+@contextmanager
+def acquire_lock(path: Path, lock: RunLock | None) -> Iterator[RunLock]:
+    """The lock of the directory of a result; a new one is released after an error."""
+    acquired = RunLock(path.parent) if lock is None else lock
+    try:
+        yield acquired
+    except BaseException:
+        if lock is None:
+            acquired.release()
+        raise

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dusttaichi.errors import DustError
+from dusttaichi.results.files import advise_resuming, explain
 from dusttaichi.results.layout import count_bytes, ragged_groups
 
 if TYPE_CHECKING:
@@ -145,3 +147,22 @@ def merge(blocks: list[dict[str, NDArray[Any]]]) -> list[dict[str, NDArray[Any]]
 
 def _concatenate(blocks: list[dict[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
     return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
+
+
+def build_write_error(
+    path: Path, error: BaseException, waiting: int, last_time: float | None
+) -> DustError:
+    """The DustError of a file of the result at `path` that could not be written.
+
+    waiting: number of records that are in memory. last_time: of the last record on disk [s], or
+    None.
+    """
+    reason = explain(error, path)
+    if not path.exists():
+        return DustError(f"Could not write {path}: {reason}. There is no result.")
+    until = "" if last_time is None else f" (up to t = {last_time:.6g} s)"
+    return DustError(
+        f"Could not write {path}: {reason}. The result of the last flush is readable{until}; "
+        f"{waiting} records since then are not on disk. Remove the cause and "
+        f"{advise_resuming(path)}."
+    )

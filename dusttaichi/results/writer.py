@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.results import pieces
-from dusttaichi.results.files import piece_path
-from dusttaichi.results.layout import Contents, Rows, read_records
+from dusttaichi.results import files, pieces
+from dusttaichi.results.layout import Contents, Rows
+from dusttaichi.results.run_lock import acquire_lock
 from dusttaichi.results.variables import LABELS, Variable
-from dusttaichi.results.waiting import Batch, WaitingRecords, append_blocks
+from dusttaichi.results.waiting import Batch, WaitingRecords, append_blocks, build_write_error
 
 if TYPE_CHECKING:
     from dusttaichi.compute.background import Background
@@ -32,11 +32,11 @@ def _format_time() -> str:
 class Writer(AbstractContextManager["Writer"]):
     """Appends records to one result; the files on disk are valid at any moment.
 
-    `append` stores records in memory. `flush` creates the file again in memory (HDF5 does not
-    recover from a failed write) and replaces the old one by an atomic rename: after a kill or on a
-    full disk the file of the last flush remains, and later records stay in memory for the next
-    attempt. A file of PIECE bytes is complete, and a further one continues it (pieces.py), so that
-    the cost of a flush is independent of the size of the result; `join` joins them into one file.
+    `append` stores records in memory. `flush` writes the file again and replaces the old one by an
+    atomic rename: after a kill or on a full disk the file of the last flush remains, and later
+    records stay in memory for the next attempt. A file of PIECE bytes is complete, and a segment
+    continues it (pieces.py), so that the cost of a flush is independent of the size of the result;
+    `join` joins them into one file.
     Holds the lock of the run directory until `close`. Made by `create` or `resume`.
 
     Raises
@@ -97,7 +97,7 @@ class Writer(AbstractContextManager["Writer"]):
             written.
         """
         path = Path(path)
-        with pieces.acquire_lock(path, lock) as lock_of_run:
+        with acquire_lock(path, lock) as lock_of_run:
             if path.exists() and not force:
                 raise pieces.make_exists_error(path)
             layout = {v.key: v for v in variables}
@@ -109,7 +109,7 @@ class Writer(AbstractContextManager["Writer"]):
             writer._owns_lock, writer._identity = lock is None, pieces.new_identity()
             writer._changed = True
             writer.flush()
-            pieces.remove_other_parts(path)
+            files.remove_other_parts(path)
         return writer
 
     @classmethod
@@ -135,7 +135,7 @@ class Writer(AbstractContextManager["Writer"]):
         path = Path(path)
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
-        with pieces.acquire_lock(path, lock) as lock_of_run:
+        with acquire_lock(path, lock) as lock_of_run:
             contents, last = pieces.describe_until(path, counts)
             history = f"{contents.attributes.get('history', '')}\n{_format_time()} resumed"
             writer = cls(path, lock_of_run, contents)
@@ -220,7 +220,7 @@ class Writer(AbstractContextManager["Writer"]):
         began = clock.perf_counter()
         batch = self._take()
         try:
-            pieces.prepare_folder(self.path, batch.number, self._alone)
+            files.prepare_folder(self.path, batch.number, self._alone)
             pieces.write_piece(*batch.arguments)
         except (OSError, RuntimeError) as error:
             raise self._put_back(batch, error) from error
@@ -240,10 +240,10 @@ class Writer(AbstractContextManager["Writer"]):
         self.settle()
         if (batch := self._take() if self._changed else None) is not None:
             try:
-                pieces.prepare_folder(self.path, batch.number, self._alone)
+                files.prepare_folder(self.path, batch.number, self._alone)
+                calls = pieces.begin_piece(batch.arguments), *calls
             except OSError as error:
                 raise self._put_back(batch, error) from error
-            calls = (pieces.write_piece, *batch.arguments), *calls
         self._pending = batch, background
         background.start(*calls)
 
@@ -281,7 +281,7 @@ class Writer(AbstractContextManager["Writer"]):
         can_join = background is not None and background.has_begun and self.bytes_waiting >= PIECE
         if not can_join or not (self._number or self._size >= PIECE):
             return False
-        if sum(pieces.sizes_of(self.path)) > COPIED:
+        if sum(files.sizes_of(self.path)) > COPIED:
             return False
         batch = self._take()
         try:
@@ -309,11 +309,11 @@ class Writer(AbstractContextManager["Writer"]):
         self, number: int, starts: Mapping[str, int], identity: str | None = None
     ) -> None:
         """Make the piece of that number on disk the current one; identity: of the result."""
-        file = piece_path(self.path, number)
+        file = files.piece_path(self.path, number)
         self._number, self._starts, self._size = number, dict(starts), file.stat().st_size
         self._identity = identity or pieces.identity_of(self.path)
-        counting = {group: n - self._starts[group] for group, n in self._records.items()}
-        self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
+        counts = {group: n - self._starts[group] for group, n in self._records.items()}
+        self._written = pieces.read_piece(file, self._layout, counts) if self._size < PIECE else {}
 
     def _take(self) -> Batch:
         """The records in memory as a Batch to be written; they are counted as written."""
@@ -325,7 +325,7 @@ class Writer(AbstractContextManager["Writer"]):
         own = pieces.place(self._identity, starts if number else None)
         attributes = self._attributes | {"date_modified": _format_time()} | own
         contents = dict(self._layout), dict(self._dimensions), self._static, rows
-        arguments = piece_path(self.path, number), contents, attributes, self.path
+        arguments = files.piece_path(self.path, number), contents, attributes, self.path
         batch = Batch(number, starts, blocks, self._records, arguments)
         self._records, self._changed = counts, False
         return batch
@@ -347,4 +347,4 @@ class Writer(AbstractContextManager["Writer"]):
         self._records, self._changed = batch.records, True
         self._waiting.put_back(batch.blocks)
         waiting = sum(self._waiting.rows(group) for group in self._records)
-        return pieces.build_write_error(self.path, error, waiting, self._last_time)
+        return build_write_error(self.path, error, waiting, self._last_time)

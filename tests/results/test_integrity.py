@@ -17,6 +17,7 @@ from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files, integrity, pieces, writer
 from dusttaichi.results import writer as writing
+from dusttaichi.results.segments import Segment
 from dusttaichi.running import checkpoint
 
 GRAINS = 4
@@ -52,24 +53,28 @@ def change(path, at, replacement):
 
 
 def test_a_damaged_part_is_named_and_can_be_left_out(run):
-    change(parts(run)[1], parts(run)[1].read_bytes().index(b"TREE"), b"EERT")
-    with pytest.raises(DustError, match=r"000002\.nc is damaged.*--force.*can be read"):
+    change(parts(run)[1], 1000, b"xyz")
+    with pytest.raises(DustError, match=r"000002\.bin is damaged.*--force.*can be read"):
         open_run(run)
     for part in parts(run)[1:]:
         part.unlink()
     assert open_run(run).series.sizes["time"] == 40  # as the message says
 
 
-def test_no_damage_gives_other_numbers(run):
+@pytest.mark.parametrize("form", ["segment", "NetCDF"])
+def test_no_damage_gives_other_numbers(run, form):
     """Every byte that matters is missed; zeros among the texts are left to `damage`: HDF5 hangs."""
-    expected, part, rng = open_run(run).series.load(), parts(run)[2], random.Random(3)
-    raw = part.read_bytes()
-    refused, texts = 0, raw.index(b"GCOL")
+    if form == "NetCDF":
+        pieces._put_together(run / "result.nc", pieces.new_identity())
+    expected, rng = open_run(run).series.load(), random.Random(3)
+    path = parts(run)[2] if form == "segment" else run / "result.nc"
+    raw = path.read_bytes()
+    refused, texts = 0, raw.index(b"GCOL") if form == "NetCDF" else len(raw)
     offsets = [*range(0, len(raw), 1997), *(rng.randrange(len(raw)) for _ in range(100))]
     for at in offsets:
         if texts <= at < texts + 4096:
             continue
-        part.write_bytes(raw[:at] + bytes([raw[at] ^ 4]) + raw[at + 1 :])
+        path.write_bytes(raw[:at] + bytes([raw[at] ^ 4]) + raw[at + 1 :])
         try:
             series = open_run(run).series.load()
         except DustError as error:
@@ -79,30 +84,42 @@ def test_no_damage_gives_other_numbers(run):
             assert series.equals(expected)
     assert refused > len(offsets) / 3  # the rest is between the chunks
     for size in (0, 5, 1000, len(raw) // 2):
-        part.write_bytes(raw[:size])
+        path.write_bytes(raw[:size])
         with pytest.raises(DustError, match="damaged|cannot be read"):
             open_run(run)
-    part.write_bytes(raw)
+    path.write_bytes(raw)
     assert open_run(run).series.equals(expected)
 
 
 def test_a_text_that_changes_is_missed(run):
     """Texts have no checksum in HDF5."""
-    part = parts(run)[-1]
-    raw = part.read_bytes()
+    path = run / "result.nc"
+    shutil.rmtree(files.parts_folder(path))
+    raw = path.read_bytes()
     for word in (b"running", b"name: test"):
-        change(part, raw.index(word), b"R")
+        change(path, raw.index(word), b"R")
         with pytest.raises(DustError, match="damaged, or another program has changed it"):
             open_run(run)
-        part.write_bytes(raw)
-    shutil.rmtree(files.parts_folder(run / "result.nc"))
-    with netCDF4.Dataset(run / "result.nc", "a") as file:
+        path.write_bytes(raw)
+    with netCDF4.Dataset(path, "a") as file:
         file.comment = "mine"
     with pytest.raises(DustError, match="another program has changed it.*remove its attribute"):
         open_run(run)
-    with netCDF4.Dataset(run / "result.nc", "a") as file:
+    with netCDF4.Dataset(path, "a") as file:
         file.delncattr(integrity.DIGEST)
     assert open_run(run).attrs["comment"] == "mine"
+
+
+def test_segments_of_an_earlier_version_are_named(run):
+    """They were NetCDF files; without them the records of the run would be fewer."""
+    path = run / "result.nc"
+    with netCDF4.Dataset(files.parts_folder(path) / "000001.nc", "w") as file:
+        file.continues = pieces.identity_of(path)
+    with pytest.raises(DustError, match="earlier version of dusttaichi.*--resume"):
+        open_run(run)
+    with netCDF4.Dataset(files.parts_folder(path) / "000001.nc", "w") as file:
+        file.continues = "another"
+    assert open_run(run).series.sizes["time"] == 200
 
 
 @pytest.mark.parametrize("name", ["largest_speed", "step"])
@@ -122,11 +139,11 @@ def test_records_that_the_index_has_lost_are_missed(tmp_path, name):
 
 def test_a_part_that_is_damaged_or_gone_is_named(run):
     parts(run)[1].unlink()
-    with pytest.raises(DustError, match=r"missing between .*000001\.nc and .*000003\.nc"):
+    with pytest.raises(DustError, match=r"missing between .*000001\.bin and .*000003\.bin"):
         open_run(run)
     counts = dict.fromkeys(("series",), 200)
     change(parts(run)[0], 3000, b"xyz")
-    with pytest.raises(DustError, match=r"000001\.nc is damaged"):
+    with pytest.raises(DustError, match=r"000001\.bin is damaged"):
         Writer.resume(run / "result.nc", counts)
     assert not (run / ".lock").exists()
 
@@ -145,6 +162,8 @@ def test_files_of_older_versions_are_opened(run, digest):
 def test_a_file_is_read_through_once_in_a_process(run, monkeypatch):
     looked, original = [], integrity._read_through
     monkeypatch.setattr(integrity, "_read_through", lambda f, p: looked.append(p) or original(f, p))
+    verify = Segment.verify
+    monkeypatch.setattr(Segment, "verify", lambda s: looked.append(s._path) or verify(s))
     for _ in range(2):
         open_run(run)
         assert looked == [run / "result.nc", *parts(run)]
@@ -153,9 +172,9 @@ def test_a_file_is_read_through_once_in_a_process(run, monkeypatch):
 def test_a_flush_looks_at_no_other_part(result_folder, tmp_path, monkeypatch):
     """The work of a flush does not grow with what has been written."""
     seen = []
-    original = pieces._parts
+    original = files.list_segments
     monkeypatch.setattr(writer, "PIECE", 1000)
-    monkeypatch.setattr(pieces, "_parts", lambda path: seen.append(path) or original(path))
+    monkeypatch.setattr(files, "list_segments", lambda path: seen.append(path) or original(path))
     with synthetic.writer(tmp_path / "result.nc", GRAINS, features=set()) as writing:
         for step in range(3):
             writing.append("series", synthetic.series_record(step, set()))

@@ -126,7 +126,8 @@ def test_a_checkpoint_that_the_system_refuses_is_not_replaced_by_the_former(tmp_
     path = tmp_path / files.CHECKPOINT
     for _ in range(2):
         checkpoint.save(path, {}, {})
-    monkeypatch.setattr(checkpoint.Path, "read_bytes", lambda self: os.listdir(path))
+    arrays = checkpoint.stored_arrays
+    monkeypatch.setattr(arrays, "open_arrays", lambda file, magic: os.listdir(path))
     with pytest.raises(DustError, match="checkpoint.bin cannot be read: Not a directory"):
         checkpoint.load(path)
 
