@@ -45,12 +45,23 @@ class Contents(NamedTuple):
 
 
 SOURCE = "Definition: "
+CACHE, CACHED = 2**20, 101  # bytes of chunks that HDF5 has in memory, and their largest number
 CHUNK = 8192  # largest number of entries of a chunk along an axis
 OVERHEAD = 20_000_000  # bytes of a file beside its records: tables, partly filled chunks
 
 
 def folder_of(file: Any, group: str) -> Any:
     return file if group == "series" else file[group]
+
+
+def open_for_records(file: Any, group: str, name: str) -> Any:
+    """A variable of an open file, with a small cache, to write records one after the other.
+
+    By default HDF5 has up to 64 MB of each variable in memory until it closes the file.
+    """
+    variable = folder_of(file, group)[name]
+    variable.set_var_chunk_cache(CACHE, CACHED, 1.0)
+    return variable
 
 
 def ragged_groups(layout: Layout) -> dict[str, Variable]:
@@ -157,12 +168,13 @@ def write_rows(file: Any, rows: Rows, starts: Mapping[str, int] | None = None) -
     """Write records into an open file. starts: group -> number of the first one, 0 by default."""
     file.set_auto_maskandscale(False)
     for group, blocks in rows.items():
-        folder, begin = folder_of(file, group), (starts or {}).get(group, 0)
-        for block in blocks:
-            end = begin + len(next(iter(block.values())))
-            for name, values in block.items():
-                folder[name][begin:end] = values
-            begin = end
+        first = (starts or {}).get(group, 0)
+        for name in blocks[0] if blocks else ():
+            variable, begin = open_for_records(file, group, name), first
+            for block in blocks:
+                end = begin + len(block[name])
+                variable[begin:end] = block[name]
+                begin = end
 
 
 def read_records(path: str | Path, layout: Layout, counts: Mapping[str, int]) -> Rows:
@@ -255,7 +267,7 @@ def copy_records(
         if (count := records.get(variable.group, 0)) == 0:
             continue  # the old file may not even have the group
         source = folder_of(source_file, variable.group)[variable.name]
-        target = folder_of(target_file, variable.group)[variable.name]
+        target = open_for_records(target_file, variable.group, variable.name)
         begin, rows = (starts or {}).get(variable.group, 0), rows_of_block(source)
         for start in range(0, count, rows):
             end = min(start + rows, count)

@@ -24,7 +24,6 @@ from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
 from dusttaichi.results import segments
 from dusttaichi.results.files import (
-    advise_resuming,
     clone,
     explain,
     list_segments,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from dusttaichi.results import integrity, stored_arrays
 from dusttaichi.results.files import remove, temporary_path, write_blocks
 from dusttaichi.results.integrity import Header
-from dusttaichi.results.layout import Contents, Rows, folder_of
+from dusttaichi.results.layout import Contents, Rows, open_for_records
 from dusttaichi.results.stored_arrays import Opened, StoredArray
 from dusttaichi.results.variables import Variable
 
@@ -108,7 +108,7 @@ class Segment:
         """
         file.set_auto_maskandscale(False)
         for v in self._growing(counts):
-            target, begin = folder_of(file, v.group)[v.name], starts[v.group]
+            target, begin = open_for_records(file, v.group, v.name), starts[v.group]
             for values in self._yield_arrays(v.group, v.name, counts[v.group]):
                 target[begin : begin + len(values)] = values
                 begin += len(values)
