@@ -133,10 +133,8 @@ def _compact(a: NDArray[Any]) -> tuple[int, list[NDArray[Any]]]:
 
 
 @contextmanager
-def open_arrays(
-    path: str | Path, magic: bytes
-) -> Iterator[tuple[BinaryIO, list[StoredArray], Any]]:
-    """An open file, its StoredArrays and its meta data, for `read_array` and `read_rows`.
+def open_arrays(path: str | Path, magic: bytes) -> Iterator[Opened]:
+    """An Opened file, for `read_array` and `read_rows`.
 
     Raises ValueError for another magic line or a damaged list; OSError.
     """
