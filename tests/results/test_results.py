@@ -21,7 +21,7 @@ from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.method import ArraysOnRequest
 from dusttaichi.physics.contact.effect_numbers import CHANNELS
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results import Writer, files, pieces, provenance, select_variables
+from dusttaichi.results import Writer, files, pieces, provenance, select_variables, waiting
 from dusttaichi.results import writer as writing
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running import checkpoint
@@ -412,7 +412,7 @@ def test_advice_after_a_full_disk_follows_the_checkpoints(tmp_path, suffix):
     path.touch()
     if suffix is not None:
         path.with_name(f"{files.CHECKPOINT}{suffix}").touch()
-    text = str(pieces.build_write_error(path, OSError(errno.ENOSPC, "full"), 3, 1e-6))
+    text = str(waiting.build_write_error(path, OSError(errno.ENOSPC, "full"), 3, 1e-6))
     onward = "continue" if suffix is not None else "start again"
     assert f"Remove the cause and {onward} with --resume" in text
     with pytest.raises(DustError, match=r"could not be written.*There is none yet: --resume would"):
