@@ -245,6 +245,7 @@ def _variables(group: str, folder: Any) -> Iterator[Variable]:
             getattr(variable, "comment", "").removeprefix(SOURCE),
             "f8" if variable.dtype is str else variable.dtype.str[1:],
             counts=getattr(variable, "sample_dimension", ""),
+            history=hasattr(variable, "contact_history"),
         )
 
 

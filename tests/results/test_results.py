@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import weakref
+from dataclasses import replace
 
 import netCDF4
 import numpy as np
@@ -113,6 +114,26 @@ def test_resume_drops_what_is_past_the_checkpoint(tmp_path):
     path.write_bytes(path.read_bytes()[:3000])
     with pytest.raises(DustError, match="is damaged"):
         Writer.resume(path, counts)
+
+
+def test_a_resumed_result_marks_the_contact_history(tmp_path, monkeypatch):
+    """A sample that is read from it includes the history of a registered law."""
+    name, declared = (
+        "contacts/overlap",
+        VARIABLES | {"contacts/overlap": replace(VARIABLES["contacts/overlap"], history=True)},
+    )
+    monkeypatch.setattr(synthetic, "VARIABLES", declared)
+    path = tmp_path / "result.nc"
+    with synthetic.writer(path, GRAINS) as writer:
+        fill(writer, 0, 3)
+        counts = writer.counts()
+    with Writer.resume(path, counts) as writer:
+        fill(writer, 3, 5)
+    with netCDF4.Dataset(path) as file:
+        marked = [
+            v.name for v in file["contacts"].variables.values() if "contact_history" in v.ncattrs()
+        ]
+    assert marked == [name.removeprefix("contacts/")]
 
 
 def test_existing_results_are_kept_unless_forced(tmp_path):
