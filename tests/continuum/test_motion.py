@@ -1,5 +1,7 @@
 """The equations of the continuum against closed forms, in scenes of seconds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from continuum import dust
@@ -7,6 +9,7 @@ from continuum import dust
 from dusttaichi import method
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.kernels.particle_sums import ParticleNumbers
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
 from dusttaichi.continuum.kernels.tensor_rows import read_deviators, write_rows
 from dusttaichi.method import State
@@ -262,3 +265,23 @@ def test_rows_of_deviators_are_those_of_their_matrices(dimension):
     rows = write_rows(components, dimension)
     np.testing.assert_array_equal(rows, matrices.reshape(5, -1))
     np.testing.assert_array_equal(read_deviators(rows, dimension), components)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_sums_of_a_device_read_deviators_by_the_same_rows(dimension):
+    x, area = dust.disc(4 * dust.SPACING)
+    engine = dust.moving(dust.scene(time_step="0.1 us", **OPEN), dust.particles(x, area))
+    layout = engine.dust_state.layout._replace(dimension=dimension)
+    components = np.random.default_rng(1).normal(size=(1, 6))
+    components[:, 1] = -(components[:, 0] + components[:, 2])
+    components[:, (3, 5) if dimension == 2 else ()] = 0.0
+    field, out = ti.Vector.field(dimension**2, ti.f64, shape=1), ti.Vector.field(6, ti.f64, shape=1)
+    numbers = ParticleNumbers(SimpleNamespace(deviator=field), None, layout, None)
+
+    @ti.kernel
+    def read():
+        out[0] = numbers.deviator(0)
+
+    field.from_numpy(write_rows(components, dimension))
+    read()
+    np.testing.assert_array_equal(out.to_numpy(), components)

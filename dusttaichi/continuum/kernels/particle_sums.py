@@ -100,6 +100,7 @@ class ParticleNumbers:
     def __init__(self, fields, lists, layout, rigid):
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
         self.laws, self.n = laws_of(layout.laws), layout.dimension
+        self.row_of_component = tuple(ROW_OF_COMPONENT[self.n].items())
         self.sums, self.maxima = count_totals(layout)
         self.materials, self.forces = (self.maxima - MAXIMA) // 2, count_forces(layout)
         self.powers = len(layout.forces.powers)
@@ -166,7 +167,7 @@ class ParticleNumbers:
     def deviator(self, i):
         """xx yy zz xy xz yz of the deviator of a particle."""
         S, out = self.f.deviator[i], ti.Vector.zero(ti.f64, 6)
-        for component, row in ti.static(ROW_OF_COMPONENT[self.n].items()):
+        for component, row in ti.static(self.row_of_component):
             out[component] = S[row]
         if ti.static(self.n == 2):
             out[1] = -(out[0] + out[2])
