@@ -44,7 +44,7 @@ class TimeStep:
     impact: Impact | None = None
 
 
-def chosen_step(table, sample) -> "TimeStep":
+def chosen_step(table, sample) -> TimeStep:
     """The TimeStep that the scene of a ContactTable takes with a sample (pushed).
 
     Raises DustError for a step that cannot be stable, or speeds that the contacts are not for.

@@ -261,9 +261,10 @@ class Engine(Protocol):
     def validate(self, measurement: Measurement) -> None:
         """Check the state with the guards of the method; those of the energy are the run's.
 
-        These read two further attributes of an engine, if it has them: `remedies`, a tuple of what
-        to try beside a shorter step where the energy is not a number, and `name_invalid()`, which
-        names the particles in question in brackets.
+        These read three further attributes of an engine, if it has them: `remedies`, a tuple of
+        what to try beside a shorter step where the energy is not a number; `name_invalid()`, which
+        names the particles in question in brackets; and `explain_state(measurement)`, which returns
+        the cause of an open ledger and advice, or "".
 
         Raises
         ------

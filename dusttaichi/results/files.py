@@ -33,6 +33,11 @@ def piece_path(result: Path, number: int) -> Path:
     return parts_folder(result) / f"{number:06}.bin" if number else result
 
 
+def is_segment(path: Path) -> bool:
+    """True for the path of a file that continues a result."""
+    return path.parent.suffix == ".parts"
+
+
 def list_segments(result: str | Path) -> list[Path]:
     """The files that continue a result, in order."""
     return sorted(parts_folder(result).glob("[0-9]*.bin"))

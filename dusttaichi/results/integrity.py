@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import locks
-from dusttaichi.results.files import BLOCK, HDF5_ERROR
+from dusttaichi.results.files import BLOCK, HDF5_ERROR, is_segment
 from dusttaichi.results.variables import record_dimension
 
 DIGEST = "digest"  # global attribute
@@ -213,7 +213,7 @@ def record_counts(file: Any) -> dict[str, int]:
 def build_damage_error(path: str | Path) -> DamagedFile:
     """The DamagedFile for a path."""
     path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
-    if path.parent.suffix == ".parts":
+    if is_segment(path):
         advice += "; without it and the parts after it the earlier records can be read"
     return DamagedFile(f"{path} is damaged: its content is not that which was written. {advice}.")
 

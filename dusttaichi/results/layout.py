@@ -250,16 +250,11 @@ def _variables(group: str, folder: Any) -> Iterator[Variable]:
 
 
 def copy_records(
-    source_file: Any,
-    target_file: Any,
-    layout: Layout,
-    records: Mapping[str, int],
-    starts: Mapping[str, int] | None = None,
+    source_file: Any, target_file: Any, layout: Layout, records: Mapping[str, int]
 ) -> None:
-    """The first `records` of each group from one open file to another.
+    """The first `records` of each group from one open file to a new one.
 
-    starts: group -> number of their first record in the new file, 0 by default. Raises
-    RuntimeError, DamagedFile.
+    Raises RuntimeError, DamagedFile.
     """
     path = source_file.filepath()
     for file in (source_file, target_file):
@@ -269,7 +264,7 @@ def copy_records(
             continue  # the old file may not even have the group
         source = folder_of(source_file, variable.group)[variable.name]
         target = open_for_records(target_file, variable.group, variable.name)
-        begin, rows = (starts or {}).get(variable.group, 0), rows_of_block(source)
+        rows = rows_of_block(source)
         for start in range(0, count, rows):
             end = min(start + rows, count)
-            target[begin + start : begin + end] = read_block(source, start, end, path)
+            target[start:end] = read_block(source, start, end, path)

@@ -26,6 +26,7 @@ from dusttaichi.results import segments
 from dusttaichi.results.files import (
     clone,
     explain,
+    is_segment,
     list_segments,
     parts_folder,
     remove,
@@ -78,7 +79,7 @@ class Piece(NamedTuple):
     @property
     def number(self) -> int:
         """Its number; 0 is the result itself."""
-        return int(self.path.stem) if self.path.parent.suffix == ".parts" else 0
+        return int(self.path.stem) if is_segment(self.path) else 0
 
 
 def identity_of(path: str | Path) -> str:
@@ -177,7 +178,7 @@ def make_exists_error(path: str | Path, remainder: str = "it") -> DustError:
 
 def read_piece(path: Path, layout: Layout, counts: Mapping[str, int]) -> Rows:
     """The first `counts` records of each group of a file of a result. Raises DustError."""
-    if path.parent.suffix != ".parts":
+    if not is_segment(path):
         return read_records(path, layout, counts)
     with readable(path), segments.open_segment(path) as segment:
         return segment.read_records(counts)

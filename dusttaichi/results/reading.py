@@ -17,6 +17,7 @@ from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
 from dusttaichi.results import datasets, locks
+from dusttaichi.results.files import is_segment
 from dusttaichi.results.integrity import open_result, refusal
 from dusttaichi.results.layout import define, describe, folder_of, write_attributes
 from dusttaichi.results.pieces import OWN, pieces_of
@@ -90,15 +91,22 @@ def _load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
 
 
 @contextmanager
-def _open_piece(path: Path) -> Iterator[Callable[[str, str, int, int], NDArray[Any]]]:
-    """A function that reads a file of a result: of a group, of a variable, records from, to."""
-    if path.parent.suffix == ".parts":
+def _open_piece(path: Path) -> Iterator[Callable[..., NDArray[Any]]]:
+    """A function that reads a file of a result: of a group, of a variable, records from, to.
+
+    Further arguments: entries of the further axes.
+    """
+    if is_segment(path):
         with open_segment(path) as segment:
-            yield segment.read
+            yield lambda group, name, low, high, *entries: segment.read(group, name, low, high)[
+                (slice(None), *entries)
+            ]
         return
     with open_result(path) as file:
         file.set_auto_maskandscale(False)
-        yield lambda group, name, low, high: folder_of(file, group)[name][low:high]
+        yield lambda group, name, low, high, *entries: folder_of(file, group)[name][
+            (slice(low, high), *entries)
+        ]
 
 
 def _load_group(folder: Any) -> xr.Dataset:
@@ -225,11 +233,5 @@ class _Joined(BackendArray):
         if not path.exists():
             path, first = self.joined, self.starts[number]
             low, high = low + first, high + first
-        if path.parent.suffix == ".parts":
-            with open_segment(path) as segment:
-                return segment.read(self.group, self.name, low, high)[(slice(None), *entries)]
-        with open_result(path) as file:
-            file.set_auto_maskandscale(False)
-            variable = folder_of(file, self.group)[self.name]
-            values: NDArray[Any] = variable[(slice(low, high), *entries)]
-            return values
+        with _open_piece(path) as read:
+            return read(self.group, self.name, low, high, *entries)

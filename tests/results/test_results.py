@@ -118,11 +118,8 @@ def test_resume_drops_what_is_past_the_checkpoint(tmp_path):
 
 def test_a_resumed_result_marks_the_contact_history(tmp_path, monkeypatch):
     """A sample that is read from it includes the history of a registered law."""
-    name, declared = (
-        "contacts/overlap",
-        VARIABLES | {"contacts/overlap": replace(VARIABLES["contacts/overlap"], history=True)},
-    )
-    monkeypatch.setattr(synthetic, "VARIABLES", declared)
+    overlap = replace(VARIABLES["contacts/overlap"], history=True)
+    monkeypatch.setattr(synthetic, "VARIABLES", VARIABLES | {overlap.key: overlap})
     path = tmp_path / "result.nc"
     with synthetic.writer(path, GRAINS) as writer:
         fill(writer, 0, 3)
@@ -130,10 +127,8 @@ def test_a_resumed_result_marks_the_contact_history(tmp_path, monkeypatch):
     with Writer.resume(path, counts) as writer:
         fill(writer, 3, 5)
     with netCDF4.Dataset(path) as file:
-        marked = [
-            v.name for v in file["contacts"].variables.values() if "contact_history" in v.ncattrs()
-        ]
-    assert marked == [name.removeprefix("contacts/")]
+        variables = file["contacts"].variables.values()
+        assert [v.name for v in variables if "contact_history" in v.ncattrs()] == [overlap.name]
 
 
 def test_existing_results_are_kept_unless_forced(tmp_path):
